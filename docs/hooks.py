@@ -68,7 +68,7 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     made = {
         "commands": COMMANDS + "".join(_sections(program, "moireid", None)),
         "badge-json": _fields("badge", "badge.json", BADGE_TEXT, "`src/moireid/schema/badge.schema.json`"),
-        "report-json": _fields("report", "The report", REPORT_TEXT, "print it with `moireid verify --schema`"),
+        "report-json": _fields("report", "The report", REPORT_TEXT, "in the package as `schema/report.schema.json`"),
         "capture-record": _fields(
             "capture-record", "The capture record", RECORD_TEXT, "`src/moireid/schema/capture-record.schema.json`"
         ),

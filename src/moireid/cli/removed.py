@@ -21,6 +21,9 @@ REMOVED = {
     "generator-kit": "it is `moireid lab generator-kit`",
     "worker": "run `dask worker` where moireid-studio[cluster] is installed, and serve --scheduler ADDRESS",
     "serve --storage": "leave it out: films wait in the studio's folder, and workers of --scheduler fetch them there",
+    "verify --corners": "moireid lab evaluate reads the corners of films without markers from its list",
+    "verify --detector": "other programs' scores are no part of a verdict; moireid lab evaluate compares them",
+    "verify --schema": "the schema is in the package: moireid/schema/report.schema.json",
     "verify --photographs": "no film shows how many photographs it was made of; use --level live, or leave it out",
     "calibrate-camera": "use calibrate --camera --out chart.pdf for the chart, and calibrate FILM --camera for its "
     "film",

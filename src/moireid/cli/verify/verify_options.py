@@ -35,15 +35,6 @@ focal_option = click.option(
 )
 
 
-def _show_schema(context: click.Context, parameter: click.Parameter, asked: bool) -> None:
-    """Print the schema and leave, before a film is asked for."""
-    if asked and not context.resilient_parsing:
-        from moireid.verifier.session.result import report_schema
-
-        click.echo(report_schema(), nl=False)
-        context.exit()
-
-
 #: Whose badge is claimed, in the order of the help.
 CLAIM_OPTIONS = (
     click.option("--claim", metavar="NAME|ID", help="Whose badge it should be; looked up in the registry."),
@@ -120,23 +111,6 @@ OPTIONS = (
         show_default=True,
         help="Our method, or the published one (Qing et al. 2026) for comparison: correlation only, and no identity.",
     ),
-    click.option(
-        "--corners",
-        "corners_given",
-        metavar="X,Y,... | FILE.csv",
-        help="For films that lost their markers, scored with --pipeline published: the striped region's corners (top "
-        "left, top right, bottom right, bottom left; px) in the first frame, to be followed; corrections at later "
-        "frames as FRAME:X,Y,... after a blank. Our own pipeline follows only markers; if they are seen in less than "
-        "half of the frames, its verdict on such a film is inconclusive.",
-    ),
-    click.option(
-        "--schema",
-        is_flag=True,
-        is_eager=True,
-        expose_value=False,
-        callback=_show_schema,
-        help="Print the JSON Schema of what --json prints, and exit.",
-    ),
     unsealed_option,
     overwrite_option,
     json_option,
@@ -178,12 +152,10 @@ class VerifyOptions(ClaimWish):
     strength: int | None
     receipt_files: tuple[Path, ...]
     pipeline: str
-    corners_given: str | None
     key_file: Path | None
     attest_file: Path | None
     timestamp_url: str | None
     form: Form | None
-    detectors: tuple[str, ...]
     unsealed: bool
     overwrite: bool
     as_json: bool
@@ -218,8 +190,8 @@ def _check_pipeline(wish: VerifyOptions) -> None:
             raise SpecError(f"--pipeline published cannot check {name}; leave one of them out")
     if wish.key_file is not None and wish.unsealed:
         raise SpecError("--sign reads the film apart from the key, and --unsealed does not; leave one of them out")
-    if wish.key_file is not None and (wish.published or wish.corners_given is not None):
-        raise SpecError("--sign is for verdicts of moireid's own pipeline, without --corners; leave one of them out")
+    if wish.key_file is not None and wish.published:
+        raise SpecError("--sign is for verdicts of moireid's own pipeline; leave --pipeline published out")
 
 
 def check_claim(wish: ClaimWish) -> None:

@@ -99,8 +99,6 @@ class Report:
         Which seconds were judged; None for a method that does not state it.
     claim_source : {"registry", "file", "bundle"} or None
         Where the name of the badge's holder comes from; None if nothing was claimed, or a program made the claim.
-    detectors : tuple of (str, float)
-        Names and scores of other detectors, as they were given; they do not change the verdict.
     registry : Standing or None
         Authority and head of the registry, or of its bundle, that was asked; None if none was.
     level : {"record", "enrolled", "live"} or None
@@ -129,7 +127,6 @@ class Report:
     overlap: Overlap | None = None
     cover: Cover | None = None
     claim_source: Source | None = None
-    detectors: tuple[tuple[str, float], ...] = ()
     registry: Standing | None = None
     level: CheckLevel | None = None
 
@@ -258,7 +255,6 @@ class Report:
             "moireid": __version__,
             # Only the process that started this one can say how it is sealed.
             "sealed": [],
-            "detectors": [{"name": name, "score": json_number(score)} for name, score in self.detectors],
         }
 
 
