@@ -3,7 +3,7 @@
 # make lint    linter, formatter, type checker  make test ARGS="-k badge -x"   arguments for pytest
 # make docs    the guides, into site/           make gallery   their pictures
 # make wheel   wheel and source archive in dist/   make audit   are known holes in what is locked?
-# make platform-wheels  wheels for Linux, macOS and Windows, and the kernel for browsers, in build/platforms
+# make platform-wheels  wheels for Linux, macOS and Windows, in build/platforms
 # make wheels  what a container image is made of, with `make debs`: see Containerfile
 # make schemas  the shipped JSON Schemas, from the models
 # make lock    the lock files and the list of parts   make release   tests of an installed wheel, audit, wheel
@@ -116,7 +116,7 @@ audit: setup
 wheel: setup
 	bash .ci/build dist
 
-# Those of moireid for other machines, which this one compiles too; and the kernel for browsers.
+# Those of moireid for other machines, which this one compiles too.
 platform-wheels: setup
 	$(BIN)/python hatch_build.py build/platforms
 

@@ -1,8 +1,8 @@
 """Build hook: compile the kernel of the verifier, for this machine or for the platform of a wheel.
 
 The compiler is the one that the package `ziglang` carries, so none of the system is needed.  It also compiles for other
-platforms: MOIREID_PLATFORM names one of `TARGETS`.  Every wheel also has the kernel for browsers.  Called as a program,
-with a folder, it makes the wheels of all platforms there, and the kernel for browsers.
+platforms: MOIREID_PLATFORM names one of `TARGETS`.  Called as a program, with a folder, it makes the wheels of all
+platforms there.
 """
 
 from __future__ import annotations
@@ -27,9 +27,6 @@ TARGETS = {
     "win_amd64": ("x86_64-windows-gnu", "_kernel.dll"),
     "win_arm64": ("aarch64-windows-gnu", "_kernel.dll"),
 }
-#: The kernel for browsers, and what its linker is asked for.
-BROWSER = ("wasm32-freestanding", "kernel.wasm")
-BROWSER_FLAGS = ("-msimd128", "-Wl,--no-entry", "-Wl,--export-dynamic", "-Wl,--export=__heap_base")
 FLAGS = (
     "-O3",
     "-std=c11",
@@ -66,12 +63,10 @@ def this_platform() -> str:
 def compile_kernel(target: str, name: str, out: Path) -> Path:
     """Compile the kernel into a folder; the file appears whole or not at all.
 
-    Parameters: target, name: of `TARGETS` or `BROWSER`.
+    Parameters: target, name: of `TARGETS`.
     Raises: SystemExit where the compiler fails.
     """
-    flags = BROWSER_FLAGS if target == BROWSER[0] else ("-shared",)
-    if "windows" not in target:
-        flags = (*flags, "-fPIC")
+    flags = ("-shared",) if "windows" in target else ("-shared", "-fPIC")
     sources = sorted(path.name for path in KERNEL.glob("*.c"))
     with tempfile.TemporaryDirectory(dir=out.absolute()) as folder:
         made = Path(folder) / name
@@ -84,7 +79,7 @@ def compile_kernel(target: str, name: str, out: Path) -> Path:
 
 
 class KernelHook(BuildHookInterface[Any]):
-    """Puts the kernel, also that for browsers, into a wheel, or next to its sources for an editable installation."""
+    """Puts the kernel into a wheel, or next to its sources for an editable installation."""
 
     PLUGIN_NAME = "custom"
 
@@ -94,18 +89,16 @@ class KernelHook(BuildHookInterface[Any]):
         if tag not in TARGETS:
             raise SystemExit(f"error: MOIREID_PLATFORM={tag} is none of {', '.join(TARGETS)}")
         if version == "editable":
-            for target in (TARGETS[this_platform()], BROWSER):
-                compile_kernel(*target, KERNEL)
+            compile_kernel(*TARGETS[this_platform()], KERNEL)
             return
         self._folder = tempfile.TemporaryDirectory()
-        for target in (TARGETS[tag], BROWSER):
-            made = compile_kernel(*target, Path(self._folder.name))
-            build_data["force_include"][str(made)] = f"moireid/verifier/kernel/{made.name}"
+        made = compile_kernel(*TARGETS[tag], Path(self._folder.name))
+        build_data["force_include"][str(made)] = f"moireid/verifier/kernel/{made.name}"
         build_data["pure_python"], build_data["tag"] = False, f"py3-none-{tag}"
 
 
 def main(out: Path) -> None:
-    """Make the wheels of all platforms, and the kernel for browsers."""
+    """Make the wheels of all platforms."""
     out.mkdir(parents=True, exist_ok=True)
     for tag in TARGETS:
         subprocess.run(
@@ -114,7 +107,6 @@ def main(out: Path) -> None:
             env=os.environ | {"MOIREID_PLATFORM": tag, "SOURCE_DATE_EPOCH": "1580601600"},
             check=True,
         )
-    compile_kernel(*BROWSER, out)
 
 
 if __name__ == "__main__":

@@ -33,7 +33,6 @@ from moireid.designer import Request, design_badge
 from moireid.designer.formats import FORMATS, in_format, turned
 from moireid.designer.request import FringeBorder
 from moireid.fabrication.page.canvas import PdfPage
-from moireid.fabrication.page.dress import writer_of
 from moireid.fabrication.page.pdf import write_badge_pdf
 from moireid.simulate import Build, Scene, camera_named, film, motion_named
 from moireid.simulate.analytic import analytic_renderer
@@ -76,7 +75,7 @@ def printed(badge: Badge, look: Look | None, folder: Path) -> NDArray[np.uint8]:
     """The board as poppler rasterises the page, grey, `DPI`."""
     pdf = folder / "page.pdf"
     bare: Plain = lambda sheet, badge: None  # noqa: E731
-    write_badge_pdf(badge, pdf, write_words=writer_of(badge, look) if look else bare)
+    write_badge_pdf(badge, pdf, look=look, write_words=None if look else bare)
     subprocess.run(["pdftoppm", "-r", str(DPI), "-gray", "-singlefile", str(pdf), str(pdf.with_suffix(""))], check=True)
     with Image.open(pdf.with_suffix(".pgm")) as page:
         x0, y0, x1, y1 = (round(side * DPI / 25.4) for side in badge.outline_mm)

@@ -1,12 +1,10 @@
-"""What it takes to print each mount: run `moireid lab bench mounts [--only KIND] [--pictures FOLDER]`.
+"""What it takes to print each mount: run `moireid lab bench mounts [--only KIND]`.
 
 Each mount is sliced by PrusaSlicer as for a common printer (a 0.4 mm nozzle, layers of 0.2 mm, PLA), once plain and
 once with supports wherever the slicer asks for them below 44 degrees from level.  Printed are the time, the plastic,
 how much of it supports would be, and the area of faces that hang in the air as `overhang_mm2` has it; of a snap-in
 holder also the strain of a catch as the badge passes, and the force that pushes a badge out.  Formats are those of
 people's holders; where a mount cannot be made for one, its row gives the reason.
-
-With --pictures, each mount is also drawn as it lies on the bed, seen from above and from below.
 """
 
 from __future__ import annotations
@@ -16,7 +14,6 @@ import subprocess
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import trimesh
 
@@ -77,28 +74,9 @@ def figures_of(badge: Badge, kind: str, folder: Path) -> Row:
     }
 
 
-def draw(stl: Path, path: Path) -> None:
-    """The bodies as they lie on the bed, from above and from below."""
-    from matplotlib.colors import LightSource
-    from matplotlib.figure import Figure
-
-    mesh = trimesh.load_mesh(stl)
-    figure = Figure(figsize=(12, 6))
-    for number, (rise, words) in enumerate(((35, "from above"), (-35, "from below"))):
-        axes: Any = figure.add_subplot(1, 2, number + 1, projection="3d")
-        axes.plot_trisurf(
-            *mesh.vertices.T, triangles=mesh.faces, color="#9fc3e8", lightsource=LightSource(315, 45), linewidth=0
-        )
-        axes.set_box_aspect(tuple(mesh.extents))
-        axes.view_init(rise, -60)
-        axes.set_axis_off()
-        axes.set_title(words)
-    figure.savefig(path, dpi=80)
-
-
 def rows(wish: Wish) -> Iterator[Row]:
     """One row a format and mount."""
-    pictures, wanted = wish.own.pictures, wish.chosen(f"{name} {kind}" for name in FORMATS for kind in KINDS)
+    wanted = wish.chosen(f"{name} {kind}" for name in FORMATS for kind in KINDS)
     for one in wanted:
         name, kind = one.split()
         size_mm, lens, range_m = FORMATS[name]
@@ -109,10 +87,6 @@ def rows(wish: Wish) -> Iterator[Row]:
                 yield row | figures_of(badge, kind, Path(folder))
             except MoireIdError as error:
                 yield row | {"refused": str(error)}
-                continue
-            if pictures:
-                pictures.mkdir(exist_ok=True)
-                draw(Path(folder) / "mount.stl", pictures / f"{name}-{kind}.png")
 
 
 COLUMNS = {
@@ -124,4 +98,4 @@ COLUMNS = {
     "supports, g": ">12.1f",
 }
 COLUMNS |= {"hangs, mm2": ">13.2f", "strain, %": ">11.2f", "out, N": ">8.1f", "refused": "<1"}
-BENCH = Bench(rows, COLUMNS, options={"--pictures": {"type": Path, "help": "folder for a picture of each mount"}})
+BENCH = Bench(rows, COLUMNS)

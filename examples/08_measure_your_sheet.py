@@ -48,7 +48,7 @@ film = mo.simulate(
 
 # %%
 found = read_sheet(film, chart, distance_m=1.0)
-sheet = found.calibration.profile
+sheet = found.profile
 built = 1.002 * chart.lens.pitch_mm
 print(f"pitch {sheet.lens.pitch_mm:.4f} mm ± {1000 * sheet.pitch_sd_mm:.2f} um; built {built:.4f} mm")
 print(f"thickness {sheet.lens.thickness_mm:.2f} mm; built {0.9 * chart.lens.thickness_mm:.2f} mm")

@@ -24,10 +24,9 @@ EXPORTED = {
         "truth_path"
     ),
     "moireid.fabrication": "Event PrintResult mount_solids print_badge print_event write_badge_pdf",
-    "moireid.calibration": "Calibration ChartView lens_from_band lens_from_views load_pictures view_chart",
+    "moireid.calibration": "ChartView lens_from_band lens_from_views load_pictures view_chart",
     "moireid.attest": (
-        "CertificateIdentity CheckResult RegistryAnswer SigningKey check held_against load_public_key load_signing_key "
-        "signed_envelope"
+        "CertificateIdentity CheckResult SigningKey check held_against load_public_key load_signing_key signed_envelope"
     ),
     "moireid.verifier": (
         "Circumstances Claim Film Frame Identification Report Running Verifier identify verify write_report"

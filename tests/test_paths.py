@@ -12,7 +12,6 @@ from kit.places import FILMS
 from moireid.artwork.content import content_of
 from moireid.artwork.pictures import load_picture
 from moireid.badge import Badge, load_badge
-from moireid.bringup.capture_record import read_record
 from moireid.calibration import load_pictures
 from moireid.calibration.camera_fit import camera_from_film
 from moireid.calibration.thickness import thickness_from_film
@@ -63,7 +62,6 @@ READERS: dict[str, Callable[[Any], object]] = {
     "thickness_from_film": lambda path: thickness_from_film(path, BADGE),
     "payload_from_key": payload_from_key,
     "read_people": read_people,
-    "read_record": read_record,
     "content_of": content_of,
     "load_picture": lambda path: load_picture(path, "logo"),
     "load_lens_profile": load_lens_profile,

@@ -76,8 +76,8 @@ def plan_badge(order: IssueOrder, holder_of: HolderOf | None) -> IssuePlan:
     """
     from moireid.artwork.content import with_lines
     from moireid.designer.drawn import drawn_badge
-    from moireid.fabrication.page.dress import check_look, look_notes
     from moireid.fabrication.page.lettering import name_note
+    from moireid.fabrication.page.marks import check_look, look_notes
 
     drawn = drawn_badge(order.request, order.payload, holder_of)
     badge, look = with_lines(drawn.badge, order.wear.lines), order.wear.look(order.request.axes)

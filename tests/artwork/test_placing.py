@@ -20,7 +20,7 @@ from moireid.designer import Request, design_badge
 from moireid.designer.formats import FORMATS, ORIENTATIONS, in_format, turned
 from moireid.designer.request import FringeBorder
 from moireid.errors import SpecError
-from moireid.fabrication.page.dress import check_look
+from moireid.fabrication.page.marks import check_look
 from moireid.fabrication.page.page_words import set_words
 from moireid.verifier.tracking.borders import REACH_MM
 from moireid.verifier.tracking.print_template import FREE_MODULES

@@ -14,7 +14,7 @@ from click.testing import CliRunner
 
 from kit.programs import needs
 from kit.signing import certificate, certified_key, new_key, pem_of_certificates, public_pem_of, time_authority
-from moireid.attest import RegistryAnswer, check, held_against, load_signing_key
+from moireid.attest import check, held_against, load_signing_key
 from moireid.attest.envelope import opened
 from moireid.attest.signing_keys import SigningKey, load_certificates
 from moireid.attest.timestamp import ask_for_stamp, read_stamp
@@ -153,11 +153,11 @@ def test_a_verdict_from_before_a_theft_keeps_its_worth(
         registry.revoke(ada.id, "lost on the train")
     since = (datetime.now(UTC) + timedelta(days=days)).date().isoformat()
     barred = Exclusion("revoked", datetime.now(UTC).isoformat(), "lost on the train", since)
-    answer = RegistryAnswer(BadgeHolder(ada.name, barred), (AuthorityKey(asked["fingerprint"], "00" * 32, None),))
+    answer = BadgeHolder(ada.name, barred), (AuthorityKey(asked["fingerprint"], "00" * 32, None),)
     read = check(verdict.read_bytes(), key=key.public, authorities=load_certificates(root))
-    assert held_against(read, answer).holds == holds
+    assert held_against(read, *answer).holds == holds
     unstamped = check(sign(key, **changes).encode(), key=key.public)
-    assert unstamped.holds and [fault.part for fault in held_against(unstamped, answer).faults] == ["badge"]
+    assert unstamped.holds and [fault.part for fault in held_against(unstamped, *answer).faults] == ["badge"]
 
     if source == "bundle":
         published = runner.invoke(moireid, ["registry", "publish", "--registry", store, "--out", str(tmp_path / "b")])

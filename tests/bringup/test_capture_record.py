@@ -3,112 +3,62 @@
 from __future__ import annotations
 
 import base64
+import csv
+import io
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
-import jsonschema
-import msgspec
 import numpy as np
 import pytest
 
-from kit.schemas import SCHEMAS
-from moireid.badge import Badge
-from moireid.bringup.badge_steps import FILMS, collect_record
-from moireid.bringup.build_folder import Figure, open_folder, unknown
-from moireid.bringup.capture_record import (
-    MOST_BYTES,
-    CameraRecord,
-    CropRecord,
-    FilmRecord,
-    FindingRecord,
-    SignalRecord,
-    capture_record,
-    read_record,
-    write_record,
-)
-from moireid.bringup.field_crops import FieldCrop, rectified
-from moireid.designer import Request, design_badge
+from kit.places import FILMS
+from moireid.badge import load_badge
+from moireid.bringup import badge_steps
+from moireid.bringup.badge_steps import collect_record
+from moireid.bringup.build_folder import BADGE_JSON, open_folder
+from moireid.bringup.capture_record import film_record, write_record
+from moireid.bringup.chart_steps import PRINTER, SHEET
+from moireid.bringup.field_crops import field_crops, rectified
 from moireid.errors import SpecError
-from moireid.profiles import LensProfile, PrinterProfile
-
-RECT = (37.0, 104.0, 173.0, 193.0)
-
-
-@pytest.fixture(scope="module")
-def badge() -> Badge:
-    return design_badge(Request("Ada Lovelace"), bytes(range(16)))
+from moireid.profiles import LensProfile, PrinterProfile, save_lens_profile, save_printer_profile
+from moireid.verifier import Claim, verify
 
 
-def a_film() -> FilmRecord:
-    png = FieldCrop(0, 0.1, RECT, 1.0, np.full((89, 136), 90, np.uint8)).png_base64()
-    signal = SignalRecord("sideways", RECT, 0.52, [0.1, None], [0.1, 0.2], [0.01, None], 0.02, [0, 0])
-    camera = CameraRecord(1400.0, 20.0, False, (1.0, 2.0), 1.0, -0.01, 0.01, 0.012)
-    return FilmRecord(
-        1920,
-        1080,
-        2,
-        "accept",
-        [FindingRecord("gain", "pass", 1.0, 0.1, "ratio")],
-        1.0,
-        0.01,
-        camera,
-        [0.0, 0.1],
-        [(1.0, 2.0, -1000.0)] * 2,
-        [0.0, 0.1],
-        [0.0, 0.0],
-        [signal],
-        [CropRecord(0.1, 0.05, RECT, 1.0, png)],
-        {"gain_ratio": 1.0},
-    )
-
-
-def test_a_record_reads_back_and_keeps_to_its_schema(badge, tmp_path: Path):
-    """Catches: fields that the shipped schema does not know, or forbids; a null where a frame is unreadable."""
-    lens = LensProfile("mine", badge.lens, 1e-5)
-    figures = [Figure("Sheet pitch", 0.508, 1e-5, "mm", "good", "x"), unknown("Flatness", "mm", "x", "y")]
-    figures.append(Figure("Radius", None, None, "x focal", "good", "x", within=(0.9, 1.1)))
-    record = capture_record(
-        [a_film()], badge, figures=figures, sheet=lens, printer=PrinterProfile("mine", 600, 41.0, 4.0)
-    )
-    write_record(record, tmp_path / "record.json")
-    assert read_record(tmp_path / "record.json") == record
-    document = json.loads((tmp_path / "record.json").read_text())
-    validator = jsonschema.Draft202012Validator(SCHEMAS["capture-record"]())
-    assert list(validator.iter_errors(document)) == []
-    document["films"][0]["signals"][0]["measured_rad"] = ["far"]
-    assert list(validator.iter_errors(document))
-    crop = base64.b64decode(document["films"][0]["crops"][0]["png"])
-    assert cv2.imdecode(np.frombuffer(crop, np.uint8), cv2.IMREAD_UNCHANGED).shape == (89, 136)
-
-
-def test_neither_name_nor_identity_is_in_it_unless_asked(badge, tmp_path: Path):
-    """Catches: badge.json that goes along, a name in the print data, a path of the builder's machine."""
+def test_a_record_holds_figures_signals_and_fields_and_no_name_unless_asked(tmp_path: Path):
+    """Catches: badge.json that goes along, a name in the print data, a path of the builder's machine; signals of
+    another film; crops that no program opens."""
+    badge = replace(load_badge(FILMS / "badge.json"), name="Ada Lovelace", id="0123456789abcdef")
+    report = verify(FILMS / "genuine_1.0m.mp4", Claim(badge))
+    folder = open_folder(tmp_path / "first")
+    folder.at("badge").mkdir(parents=True)
+    folder.at(BADGE_JSON).write_text(badge.to_json())
+    save_lens_profile(LensProfile("mine", badge.lens, 1e-5), folder.at(SHEET))
+    save_printer_profile(PrinterProfile("mine", 600, 41.0, 4.0), folder.at(PRINTER))
+    folder.at(badge_steps.FILMS).write_text(json.dumps([film_record(report, None, field_crops(report))]))
     for with_badge in (False, True):
-        record = capture_record([a_film()], badge, with_badge=with_badge)
-        text = msgspec.json.encode(record).decode()
-        assert ("Lovelace" in text) == (badge.id in text) == with_badge
-        assert (record.badge is not None) == with_badge and "path" not in text.replace("patch", "")
+        write_record(collect_record(folder, with_badge=with_badge, note="from a shop"), tmp_path / "record.json")
+        text = (tmp_path / "record.json").read_text()
+        assert (badge.name in text) == (badge.id in text) == with_badge and str(FILMS) not in text
+    document = json.loads(text)
+    (film,) = document["films"]
+    rows = list(csv.DictReader(io.StringIO(film["signals_csv"])))
+    assert len(rows) == film["frames"]["tracked"] and film["invariant"]["gain_ratio"] == pytest.approx(1, abs=0.05)
+    assert {"motion", "gain"} <= {one["code"] for one in film["findings"]} and "text" not in film["findings"][0]
+    for crop in film["crops"]:
+        x0, y0, x1, y1 = crop["rect_mm"]
+        shown = cv2.imdecode(np.frombuffer(base64.b64decode(crop["png"]), np.uint8), cv2.IMREAD_UNCHANGED)
+        assert shown.shape == (round((y1 - y0) * crop["px_per_mm"]), round((x1 - x0) * crop["px_per_mm"]))
 
 
-def test_what_is_no_record_is_refused_in_a_sentence(tmp_path: Path):
-    """Catches: a badge or a report read as a record; a file of any size read whole; a traceback."""
-    path = tmp_path / "odd.json"
-    path.write_text('{"format": 1, "kind": "first-badge"}')
-    with pytest.raises(SpecError, match="kind must be moireid-capture-record"):
-        read_record(path)
-    path.write_text('{"format": 2}')
-    with pytest.raises(SpecError, match="format 2 is not known"):
-        read_record(path)
-    with pytest.raises(SpecError, match="cannot be read"):
-        read_record(tmp_path / "none.json")
-    with path.open("wb") as file:
-        file.truncate(MOST_BYTES + 1)
-    with pytest.raises(SpecError, match="larger than 50 MB"):
-        read_record(path)
-    folder = open_folder(tmp_path / "first", {}, {})
-    folder.at(FILMS).write_text('[{"width_px": 0}]')
-    with pytest.raises(SpecError, match="is damaged"):
+def test_films_that_were_not_read_are_refused_in_a_sentence(tmp_path: Path):
+    """Catches: a record without films; a traceback."""
+    folder = open_folder(tmp_path / "first")
+    with pytest.raises(SpecError, match="has no films of a badge yet"):
+        collect_record(folder, with_badge=False, note="")
+    folder.at(badge_steps.FILMS).write_text("{")
+    with pytest.raises(SpecError, match="is not JSON"):
         collect_record(folder, with_badge=False, note="")
 
 

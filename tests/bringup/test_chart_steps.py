@@ -14,7 +14,6 @@ from moireid.bringup.build_folder import BuildFolder, Figure, Reading, open_fold
 from moireid.bringup.progress_page import render_progress
 from moireid.calibration.camera_fit import CameraFound
 from moireid.calibration.ink_reading import InkGrowth
-from moireid.calibration.lens_fit import Calibration
 from moireid.calibration.sheet_reading import SheetReading
 from moireid.calibration.thickness import Thickness
 from moireid.designer.chart import ChartRequest, design_chart
@@ -22,19 +21,18 @@ from moireid.fabrication.page.chart_page import print_chart
 from moireid.profiles import LensProfile, lens_named, load_lens_profile, load_printer_profile
 from moireid.verifier.camera.known_camera import load_camera
 
-FOUND = {"unit": "printed page"}
+FOUND = {"unit": "printed page", "bands": 21, "bands_used": 15}
 
 
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A folder with a photo that the reader takes for a sheet of 0.507 mm on a printer that widens lines by 41 um."""
-    open_folder(tmp_path, {}, {}).save()
+    open_folder(tmp_path).save()
     print_chart(design_chart(ChartRequest()), tmp_path)
     (tmp_path / "sheet-photo.jpg").write_text("a photo")
     profile = LensProfile("mine", lens_named("50lpi"), 2e-5, FOUND)
-    reading = SheetReading(Calibration(profile, 10.5, 21, 15), InkGrowth(41.0, 4.0, "", 0.002, 1), None, "--distance")
+    reading = SheetReading(profile, InkGrowth(41.0, 4.0, "", 0.002, 1), None, "--distance")
     monkeypatch.setattr(chart_steps, "read_sheet", lambda *_, **__: reading)
-    monkeypatch.setattr(chart_steps, "_pictures", lambda *_: {})
     return tmp_path
 
 
@@ -44,22 +42,22 @@ def read(folder: BuildFolder) -> dict[str, Figure]:
 
 def test_a_calliper_counts_before_a_film_and_a_film_before_the_label(folder: Path, monkeypatch: pytest.MonkeyPatch):
     """Catches: the label's thickness that looks measured; a film that overrules the calliper; profiles without both."""
-    assert read(open_folder(folder, {}, {}))["Sheet thickness"].state == "unknown"
+    assert read(open_folder(folder))["Sheet thickness"].state == "unknown"
     (folder / "sheet-film.mp4").write_text("a film")
     monkeypatch.setattr(chart_steps, "thickness_from_film", lambda *_, **__: Thickness(0.93, 0.02))
-    assert read(open_folder(folder, {}, {}))["Sheet thickness"].value == 0.93
+    assert read(open_folder(folder))["Sheet thickness"].value == 0.93
     assert load_lens_profile(folder / "sheet.json").lens.thickness_mm == 0.93
-    assert read(open_folder(folder, {"thickness_mm": 0.97}, {}))["Sheet thickness"].value == 0.97
+    assert read(open_folder(folder, {"thickness_mm": 0.97}))["Sheet thickness"].value == 0.97
     assert load_lens_profile(folder / "sheet.json").lens.thickness_mm == 0.97
     monkeypatch.setattr(chart_steps, "thickness_from_film", lambda *_, **__: Thickness(why="It hardly moves."))
-    assert "hardly moves" in read(open_folder(folder, {}, {}))["Sheet thickness"].words
+    assert "hardly moves" in read(open_folder(folder))["Sheet thickness"].words
 
 
 def test_films_that_may_be_left_out_cannot_spoil_the_rest(folder: Path):
     """Catches: a good photo refused for a film beyond it; the path of a file among the figures, which are shared."""
     for name in ("sheet-film.mp4", "camera-film.mp4"):
         (folder / name).write_text("no film")
-    opened = open_folder(folder, {}, {})
+    opened = open_folder(folder)
     for reading in (chart_steps.read_charts(opened, None), chart_steps.calibrate(opened, None)):
         assert str(folder) in reading.notes[0]
         assert not any(str(folder) in figure.words + figure.advice for figure in reading.figures)
@@ -69,20 +67,20 @@ def test_films_that_may_be_left_out_cannot_spoil_the_rest(folder: Path):
 
 def test_a_picture_is_whole_or_absent(folder: Path):
     """Catches: a picture that an interrupt leaves half written; one that keeps the page from being made."""
-    opened = open_folder(folder, {}, {})
-    opened.save_picture("strip-seen.jpg", np.full((20, 30), 90, np.uint8))
-    assert cv2.imread(str(folder / "strip-seen.jpg"), cv2.IMREAD_UNCHANGED).shape == (20, 30)
+    opened = open_folder(folder)
+    opened.save_picture("fringes-1.jpg", np.full((20, 30), 90, np.uint8))
+    assert cv2.imread(str(folder / "fringes-1.jpg"), cv2.IMREAD_UNCHANGED).shape == (20, 30)
     with pytest.raises(cv2.error):
         opened.save_picture("empty.jpg", np.empty((0, 0), np.uint8))
     assert not list(folder.glob("*empty*"))
-    shown = opened.with_reading("sheet", Reading(pictures={"strip-seen.jpg": "strip", "gone.jpg": "gone"}))
+    shown = opened.with_reading("sheet", Reading(pictures={"fringes-1.jpg": "strip", "gone.jpg": "gone"}))
     page = render_progress(Advance(shown, STEPS, (), STEPS[-1]))
     assert page.count("data:image") == 1
 
 
 def test_the_printer_profile_has_what_was_measured_of_the_printer(folder: Path):
     """Catches: ink spread of another sheet's chart; a ruler's reading that is lost."""
-    figures = read(open_folder(folder, {"measured_scale": (0.998, 0.999)}, {}))
+    figures = read(open_folder(folder, {"measured_scale": (0.998, 0.999)}))
     printer = load_printer_profile(folder / "printer.json")
     assert (printer.ink_growth_um, printer.measured_scale, printer.dpi) == (41.0, (0.998, 0.999), 1200)
     assert figures["Ink spread"].value == 41.0 and figures["Print scale"].value == 0.998
@@ -94,8 +92,8 @@ def test_a_camera_that_was_calibrated_is_kept_with_its_figure(folder: Path, monk
     found = CameraFound((1920, 1080), rows, (0.0, 0.0, 0.0, 0.0, 0.0), 3.0, 0.2, 20, (1, 1))
     monkeypatch.setattr(chart_steps, "camera_from_film", lambda *_, **__: found)
     (folder / "camera-film.mp4").write_text("a film")
-    opened = open_folder(folder, {}, {})
+    opened = open_folder(folder)
     reading = chart_steps.calibrate(opened, None)
     opened.with_reading("camera", reading).save()
-    assert open_folder(folder, {}, {}).figures()[0].value == pytest.approx(1400 / 1920)
+    assert open_folder(folder).figures()[0].value == pytest.approx(1400 / 1920)
     assert load_camera(folder / "camera.yaml").focal == pytest.approx(1400 / 1920)

@@ -24,7 +24,7 @@ CAMERA = next(step for step in STEPS if step.name == "camera")
 @pytest.fixture
 def folder(tmp_path: Path) -> BuildFolder:
     """A folder with a badge that was printed, and its films."""
-    made = open_folder(tmp_path / "first", {}, {})
+    made = open_folder(tmp_path / "first")
     made.save()
     made.at("badge").mkdir()
     made.at("badge/badge.json").write_text("as it was printed")

@@ -72,7 +72,7 @@ def test_a_sheet_comes_through_as_it_was_read() -> None:
     order = SheetOrder(Path("film.mp4"), chart)
     said = msgspec.json.decode(msgspec.json.encode(msgspec.to_builtins(found)))
     assert film_read(order, SheetReading, TakenOver(said), lambda *_: None) == found
-    for key, value in (("ink", None), ("calibration", []), ("thickness", 3)):
+    for key, value in (("ink", None), ("profile", []), ("thickness", 3)):
         with pytest.raises(MediaError, match="answers what no film shows"):
             film_read(order, SheetReading, TakenOver(said | {key: value}), lambda *_: None)
 

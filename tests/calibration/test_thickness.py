@@ -49,4 +49,4 @@ def test_a_film_of_the_chart_gives_the_sheet_s_thickness(tmp_path: Path):
     ran = CliRunner().invoke(moireid, ["calibrate", *map(str, wish)])
     assert ran.exit_code == 0, ran.output
     printed = json.loads(ran.stdout)
-    assert abs(printed["thickness_mm"] - 0.457) < 3 * printed["thickness_sd_mm"] < 0.1
+    assert abs(printed["thickness_mm"] - 0.457) < 3 * printed["from"]["thickness_sd_mm"] < 0.1

@@ -48,7 +48,7 @@ def test_a_photograph_tells_the_pitch_and_the_twist(chart_folder, tmp_path):
     document = calibrate(chart_folder / "photo.jpg", "--chart", chart_folder / JSON, "--out", out)
     assert document["pitch_mm"] == pytest.approx(0.508 * CASE.lens_scale, rel=1e-4)
     assert abs(document["pitch_mm"] - 0.508 * CASE.lens_scale) < 3 * document["pitch_sd_mm"] < 3e-4 * 0.508
-    assert abs(document["twist_deg"]) == pytest.approx(CASE.twist_deg, abs=0.02)
+    assert abs(document["from"]["twist_deg"]) == pytest.approx(CASE.twist_deg, abs=0.02)
     assert document["from"]["distance_from"] == "the camera's note"
     assert lens_named(str(out)).pitch_mm == document["pitch_mm"]
 
@@ -68,7 +68,7 @@ def test_a_ruler_turns_page_units_into_millimetres(chart_folder, tmp_path):
     plain = calibrate(photo, "--chart", chart, "--out", tmp_path / "page.json")
     ruled = calibrate(photo, "--chart", chart, "--out", tmp_path / "true.json", "--measured-scale", "0.998")
     assert ruled["pitch_mm"] == pytest.approx(0.998 * plain["pitch_mm"], rel=1e-12)
-    assert (plain["unit"], ruled["unit"]) == ("printed page", "true mm")
+    assert (plain["from"]["unit"], ruled["from"]["unit"]) == ("printed page", "true mm")
 
 
 def test_a_picture_without_the_chart_is_refused_in_a_sentence(chart_folder, tmp_path):

@@ -1,6 +1,6 @@
 """What a verify of a short film loads: never more than it needs, as loading took longer than judging.
 
-Seconds are not tested, as they are those of the machine; `benchmarks/start_up.py` prints them.
+Seconds are not tested, as they are those of the machine; `moireid lab bench commands` prints them.
 """
 
 from __future__ import annotations

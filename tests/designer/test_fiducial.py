@@ -13,7 +13,7 @@ from moireid.designer.formats import FORMATS, in_format
 from moireid.designer.layout import MIN_LINE_PX
 from moireid.designer.reach import PHONE
 from moireid.errors import DesignError
-from moireid.fabrication.page.pdf import lettering_places, marker_squares
+from moireid.fabrication.page.marks import lettering_places, marker_squares
 from moireid.fiducials import LEAST_UNLIKE, least_unlike
 
 PAYLOAD = bytes.fromhex("7097c67b0fafc59b")

@@ -21,7 +21,7 @@ def test_artwork_leaves_phase_and_identity_as_they_were(form: str, number: int) 
     Of A6, those with most on the page: a row of it takes a minute.
     """
     needs("pdftoppm")
-    command = [sys.executable, str(ROOT / "benchmarks/artwork.py"), "--only", form]
+    command = [str(Path(sys.executable).with_name("moireid")), "lab", "bench", "artwork", "--only", form]
     done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=ROOT)
     assert done.returncode == 0, done.stderr
     rows = [line.split(maxsplit=6) for line in done.stdout.splitlines()[1:]]

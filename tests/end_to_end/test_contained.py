@@ -1,5 +1,5 @@
-"""Signer, studio and worker as the compose file starts them: its commands and users, each with read-only mounts, no
-capabilities and the shipped filter of calls (`kit.contained`), with a real PostgreSQL server.
+"""Signer, studio, scheduler and worker as the compose file starts them: its commands and users, each with read-only
+mounts, no capabilities and the shipped filter of calls (`kit.contained`), with a real PostgreSQL server.
 
 Not checked here, for want of a container engine: networks, limits of cgroups, and the owners that volumes get.
 """
@@ -10,6 +10,7 @@ import grp
 import os
 import re
 import shutil
+import socket
 import subprocess
 import sys
 import tempfile
@@ -33,7 +34,7 @@ pytestmark = pytest.mark.slow
 SERVICES = yaml.safe_load((ROOT / "deploy" / "compose.yaml").read_text(encoding="utf-8"))["services"]
 #: A group that every system has, in the place of the image's.
 GROUP = grp.getgrgid(os.stat("/var/mail").st_gid) if Path("/var/mail").exists() else grp.getgrnam("mail")
-PORT = "18473"
+PORT, SCHEDULER = "18473", "18474"
 
 
 @dataclass
@@ -45,11 +46,14 @@ class Containers:
     stack: ExitStack
 
     def __post_init__(self) -> None:
-        for name in ("keys", "socket", "films", *(f"{service} data" for service in SERVICES)):
+        for name in ("keys", "socket", "cluster", "dask", *(f"{service} data" for service in SERVICES)):
             folder = self.folder / name.replace(" ", "-")
             folder.mkdir()
             os.chown(folder, int(self.user("signer" if name in ("keys", "socket") else "studio")[0]), GROUP.gr_gid)
             folder.chmod(0o700 if name == "keys" else 0o770)
+        settings = (ROOT / "deploy" / "dask.yaml").read_text(encoding="utf-8")
+        (self.folder / "dask" / "dask.yaml").write_text(settings.replace("/cluster", str(self.folder / "cluster")))
+        (self.folder / "dask").chmod(0o755)
 
     def user(self, service: str) -> list[str]:
         return str(SERVICES[service]["user"]).split(":")
@@ -59,13 +63,15 @@ class Containers:
         own = self.folder / f"{service}-data"
         places = {
             "postgresql+psycopg://moireid@database/moireid": self.database,
-            "${STORAGE:-file:///films}": (self.folder / "films").as_uri(),
             "${SITE:-localhost}": "localhost",
             "/run/moireid": str(self.folder / "socket"),
             "--host=0.0.0.0": "--host=127.0.0.1",
+            "tls://scheduler:8786": f"tls://127.0.0.1:{SCHEDULER}",
+            "8786": SCHEDULER,
+            "http://studio": "http://127.0.0.1",
             "8000": PORT,
-            "=/data": f"={own}",
-            "/data/": f"{own}/",
+            "/data": str(own),
+            "/cluster": str(self.folder / "cluster"),
             "/keys": str(self.folder / "keys"),
         }
 
@@ -75,13 +81,18 @@ class Containers:
             return GROUP.gr_name if word == "moireid" else word
 
         words = command or SERVICES[service]["command"]
-        program = str(Path(sys.executable).parent / words[0]) if words[0] == "moireid" else words[0]
+        program = str(Path(sys.executable).parent / words[0]) if words[0] in ("moireid", "dask") else words[0]
         mounted = {volume.split(":")[0]: volume for volume in SERVICES[service]["volumes"]}
-        folders = {name: self.folder / name for name in ("keys", "socket", "films")}
+        folders = {name: self.folder / name for name in ("keys", "socket", "cluster")}
         writable = [path for name, path in folders.items() if name in mounted and not mounted[name].endswith(":ro")]
-        environment = {name: here(str(value)) for name, value in SERVICES[service]["environment"].items()}
+        environment = {name: here(str(value)) for name, value in SERVICES[service].get("environment", {}).items()}
         environment.pop("PGPASSWORD", None)
-        environment |= {"TMPDIR": str(own), "MPLCONFIGDIR": str(own), "HOME": "/nowhere"}
+        environment |= {
+            "TMPDIR": str(own),
+            "MPLCONFIGDIR": str(own),
+            "HOME": "/nowhere",
+            "DASK_CONFIG": str(self.folder / "dask"),
+        }
         user, group = self.user(service)
         # The studio's group owns the socket; here it is one that this system has.
         ours = {"10001": GROUP.gr_gid}
@@ -130,6 +141,11 @@ def containers() -> Iterator[Containers]:
         yield Containers(folder, url, stack)
 
 
+def listens(port: str) -> bool:
+    with socket.socket() as one:
+        return one.connect_ex(("127.0.0.1", int(port))) == 0
+
+
 def ready() -> bool:
     try:
         return httpx.get(f"http://127.0.0.1:{PORT}/readyz", timeout=5).status_code == 200
@@ -144,19 +160,21 @@ def test_the_services_work_together_and_the_studio_never_has_the_key(containers:
     signer = containers.start("signer")
     until((containers.folder / "socket" / "signer").is_socket, signer)
     containers.output("init")
+    containers.output("certificate")
+    scheduler = containers.start("scheduler")
+    until(lambda: listens(SCHEDULER), scheduler)
     (key,) = (containers.folder / "keys").iterdir()
     assert (key.stat().st_uid, key.stat().st_mode & 0o777) == (10002, 0o600)
     studio = containers.start("studio")
     until(ready, studio)
     worker = containers.start("worker")
-    (containers.folder / "films" / "film").touch()
     for service, command in (
         ("studio", ["cat", str(key)]),
         ("studio", ["touch", "/usr/new"]),
         ("studio", ["touch", str(containers.folder / "socket" / "new")]),
         ("worker", ["test", "-e", str(containers.folder / "socket" / "signer")]),
         ("worker", ["unshare", "--user", "true"]),
-        ("signer", ["test", "-e", str(containers.folder / "films" / "film")]),
+        ("signer", ["test", "-e", str(containers.folder / "cluster" / "key.pem")]),
     ):
         containers.output(service, *command, code=None)
     given = containers.folder / "studio-data" / "badge.json"
@@ -176,7 +194,8 @@ def test_the_services_work_together_and_the_studio_never_has_the_key(containers:
     assert ended["state"] == "done" and ended["result"]["verdict"] == "inconclusive", ended
     assert sorted(ended["result"]["sealed"]) == ["calls", "files", "no_new_privileges"]
     status = {
-        process: Path(f"/proc/{process.pid}/status").read_text(encoding="utf-8") for process in (signer, studio, worker)
+        process: Path(f"/proc/{process.pid}/status").read_text(encoding="utf-8")
+        for process in (signer, scheduler, studio, worker)
     }
     for text in status.values():
         assert re.search(r"CapBnd:\s+0{16}\n", text) and re.search(r"CapEff:\s+0{16}\n", text)

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
+import csv
+import io
 import json
 from pathlib import Path
 
 import cv2
-import jsonschema
 import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from kit.schemas import SCHEMAS
 from moireid.badge import load_badge
-from moireid.bringup.build_folder import OWN_FILES, STATE, open_folder
+from moireid.bringup.build_folder import OWN_FILES, STATE
 from moireid.cli.main import moireid
 from moireid.profiles import load_lens_profile, load_printer_profile
 from moireid.simulate import Build, Scene, film, motion_named
@@ -52,13 +52,15 @@ def test_a_builder_is_led_to_a_badge_whose_figures_are_known(tmp_path: Path):
     scene = Scene(badge, Build(lens_scale=true, twist_rad=TWIST_RAD, air_gap_mm=AIR_MM, lens_offset_mm=0.1))
     for number in (1, 2):
         motion = motion_named("handheld", distance_mm=1000.0, seed=number)
-        film(scene, motion, tmp_path / f"{number}.mp4", frames=180, fps=30.0, seed=number)
-    films = [word for k in (1, 2) for word in ("--badge-film", str(tmp_path / f"{k}.mp4"))]
+        made = tmp_path / f"badge-film-{number}.mp4"
+        film(scene, motion, made, frames=180, fps=30.0, seed=number)
+        made.rename(folder / made.name)
     record = tmp_path / "record.json"
-    done = call(folder, *films, "--record", str(record))
+    done = call(folder, "--record", str(record))
     assert done["did"] == ["films"] and done["done"] and done["refused"] is None
     assert call(folder)["did"] == []
-    assert {path.name for path in folder.iterdir()} == {*OWN_FILES, STATE, "sheet-photo.jpg"} - {"camera.yaml"}
+    builders = {"sheet-photo.jpg", "badge-film-1.mp4", "badge-film-2.mp4"}
+    assert {path.name for path in folder.iterdir()} == {*OWN_FILES, STATE, *builders} - {"camera.yaml"}
 
     figures = {figure["name"]: figure for figure in done["figures"]}
     for name, value in {
@@ -69,22 +71,18 @@ def test_a_builder_is_led_to_a_badge_whose_figures_are_known(tmp_path: Path):
         "Pitch on the badge": 0.508 * LENS_SCALE,
     }.items():
         assert abs(figures[name]["value"] - value) < 3 * figures[name]["sd"], figures[name]
-    low, high = figures["Radius"]["within"]
-    assert low - 0.01 <= 1.0 <= high + 0.01 and figures["Radius"]["sd"] is None
     assert figures["Air under the sheet"]["sd"] < 0.04 and figures["Flatness"]["value"] is None
     page = (folder / "report.html").read_text(encoding="utf-8")
-    assert "is built and measured" in page and page.count("data:image") >= 6 and 'src="http' not in page
+    assert "is built and measured" in page and page.count("data:image") >= 4 and 'src="http' not in page
 
     text = record.read_text()
     document = json.loads(text)
-    assert list(jsonschema.Draft202012Validator(SCHEMAS["capture-record"]()).iter_errors(document)) == []
     for shared in document["films"]:
         assert len(shared["crops"]) == 6 and shared["verdict"] == "accept"
-        measured, predicted = (shared["signals"][0][key] for key in ("measured_rad", "predicted_rad"))
-        pairs = [(m, p) for m, p in zip(measured, predicted, strict=True) if m is not None]
-        assert np.corrcoef(*np.array(pairs).T)[0, 1] > 0.99
+        rows = csv.DictReader(io.StringIO(shared["signals_csv"]))
+        pairs = [[float(row[key]) for key in ("measured_rad_0", "predicted_rad_0", "phase_sd_rad_0")] for row in rows]
+        assert np.corrcoef(*np.array([pair[:2] for pair in pairs if np.isfinite(pair[2])]).T)[0, 1] > 0.99
         for crop in shared["crops"]:
             crop.pop("png")
     left = json.dumps(document)
     assert "Lovelace" not in text and badge.id not in text and str(tmp_path) not in left
-    assert open_folder(folder, {}, {}).found("badge-film-1") == tmp_path / "1.mp4"

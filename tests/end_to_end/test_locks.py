@@ -154,11 +154,7 @@ def test_the_list_names_what_decoders_carry_inside(name: str) -> None:
 
 
 class Database(BaseHTTPRequestHandler):
-    """A stand-in for the OSV database's server, which knows a hole in thing 1.0, and some in FFmpeg n4.0 and n8.1
-    and in three 0.120.0 and 0.180.0 of npm.
-    """
-
-    knows_ffmpeg = True
+    """A stand-in for the OSV database's server, which knows a hole in thing 1.0, and some in FFmpeg n4.0 and n8.1."""
 
     def do_POST(self) -> None:
         asked = json.loads(self.rfile.read(int(self.headers["content-length"])))
@@ -174,9 +170,7 @@ class Database(BaseHTTPRequestHandler):
         }
         name, version = asked["package"]["name"], asked["version"]
         known = (name, version) == ("thing", "1.0")
-        known |= self.knows_ffmpeg and name.endswith("/FFmpeg.git") and version in ("n4.0", "n8.1")
-        npm = (name, asked["package"]["ecosystem"]) == ("three", "npm")
-        known |= self.knows_ffmpeg and npm and version in ("0.120.0", "0.180.0")
+        known |= name.endswith("/FFmpeg.git") and version in ("n4.0", "n8.1")
         answer = json.dumps({"vulns": [hole]} if known else {}).encode()
         self.send_response(200)
         self.send_header("content-length", str(len(answer)))
@@ -196,9 +190,7 @@ def database() -> Iterator[str]:
     server.server_close()
 
 
-def audit(
-    tmp_path: Path, url: str, *lines: str, ffmpeg: str | None = None, three: str | None = None, **environment: str
-) -> subprocess.CompletedProcess[str]:
+def audit(tmp_path: Path, url: str, *lines: str, ffmpeg: str | None = None) -> subprocess.CompletedProcess[str]:
     """`.ci/audit.py` on a lock of these packages, and a list with that FFmpeg, where nothing is reached but `url`."""
     lock = tmp_path / "some.lock"
     lock.write_text("".join(f"{line} --hash=sha256:{'0' * 64}\n" for line in lines), encoding="utf-8")
@@ -208,11 +200,7 @@ def audit(
         inside = [{"name": "ffmpeg", "version": ffmpeg}, {"name": "libx-1.so.2"}]
         (tmp_path / "parts.json").write_text(json.dumps({"components": [{"name": "av", "components": inside}]}))
         command += ["--parts", str(tmp_path / "parts.json")]
-    if three is not None:
-        studio = {"name": "moireid-studio", "components": [{"name": "three", "version": three}]}
-        (tmp_path / "studio.json").write_text(json.dumps({"components": [], "metadata": {"component": studio}}))
-        command += ["--parts", str(tmp_path / "studio.json")]
-    return subprocess.run(command, env=closed | environment, capture_output=True, text=True, check=False)
+    return subprocess.run(command, env=closed, capture_output=True, text=True, check=False)
 
 
 @pytest.mark.slow

@@ -35,11 +35,10 @@ def run_hook(source: Path, *arguments: str, **environment: str) -> subprocess.Co
 
 
 @pytest.mark.slow
-def test_this_machine_makes_the_wheels_of_all_platforms_and_the_kernel_for_browsers(source: Path, tmp_path: Path):
+def test_this_machine_makes_the_wheels_of_all_platforms(source: Path, tmp_path: Path):
     """Catches: a target that does not compile, needs a compiler of the system, or whose wheel has another's library."""
     done = run_hook(source, "hatch_build.py", str(tmp_path))
     assert done.returncode == 0, done.stderr
-    assert (tmp_path / "kernel.wasm").read_bytes()[:4] == b"\0asm"
     wheels = {file.name.removesuffix(".whl").split("py3-none-")[1]: file for file in tmp_path.glob("*.whl")}
     assert wheels.keys() == MAGIC.keys()
     for tag, file in wheels.items():

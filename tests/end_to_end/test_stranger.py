@@ -23,8 +23,6 @@ from kit.programs import needs
 pytestmark = pytest.mark.slow
 
 SECTION = "## From the shopping list to a verdict"
-#: Clone, set up, activate: `Try it` of the README.
-BEFORE, MOST = 3, 10
 
 
 def commands() -> list[list[str]]:
@@ -41,11 +39,10 @@ def pages(path: Path, folder: Path) -> list[np.ndarray]:
     return [np.asarray(Image.open(one)) for one in sorted(folder.glob(f"{path.stem}-*.png"))]
 
 
-def test_a_stranger_gets_to_a_verdict_in_ten_commands(tmp_path: Path) -> None:
+def test_a_stranger_gets_to_a_verdict_by_the_readme(tmp_path: Path) -> None:
     """Catches: a command of the README that fails in a fresh folder, or whose output no reader opens; an empty page; a
-    mount without its parts; a true film that is not accepted; a path longer than was promised."""
+    mount without its parts; a true film that is not accepted."""
     listed = commands()
-    assert len(listed) >= 6 and BEFORE + len(listed) <= MOST
     own = {"HOME": tmp_path / "home", "XDG_DATA_HOME": tmp_path / "data", "XDG_CONFIG_HOME": tmp_path / "config"}
     gone = {"MOIREID_REGISTRY", "MOIREID_KEYS", "MOIREID_SEEN"}
     environment = {key: value for key, value in os.environ.items() if key not in gone} | {

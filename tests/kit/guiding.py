@@ -142,7 +142,7 @@ class Session:
             elif block.kind == "text" and before is not None:
                 line = unseen(block.body.splitlines(), before)
                 assert line is None, f"{where}: {line!r} is shown, but what comes is\n{before}"
-            if block.kind == "console":
+            if block.kind != "python":
                 before = None
 
     def _type(self, typed: str, shown: list[str], where: str) -> None:

@@ -14,7 +14,6 @@ import msgspec
 
 import moireid
 from moireid.badge import BadgeFile
-from moireid.bringup.capture_record import CaptureRecord
 from moireid.fiducials import CodedFrame, FiducialKind, Markers
 from moireid.models import resolved
 
@@ -29,12 +28,7 @@ def badge_schema() -> dict[str, Any]:
     return {"$schema": DRAFT, "title": "moireid badge, format 1"} | schema
 
 
-def record_schema() -> dict[str, Any]:
-    """The schema of a capture record."""
-    return {"$schema": DRAFT, "title": "moireid capture record, format 1"} | _of(CaptureRecord)
-
-
-SCHEMAS = {"badge": badge_schema, "capture-record": record_schema}
+SCHEMAS = {"badge": badge_schema}
 
 
 def text_of(name: str) -> str:

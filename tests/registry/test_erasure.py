@@ -11,9 +11,7 @@ from click.testing import CliRunner
 from kit.registries import badge_of, rows_of, tamper, url_of
 from moireid.cli.main import moireid
 from moireid.errors import RegistryError
-from moireid.idcodes import specimen_of
 from moireid.registry import claimed_by_file, holder_of, import_registry, open_registry
-from moireid.registry.bundle.held import Bundle
 from moireid.registry.canonical import pack
 from moireid.registry.record import new_record
 
@@ -96,18 +94,6 @@ def test_the_badge_is_nobodys_from_then_on(erased):
     assert by_file.barred and "erased" in by_file.barred.reason and by_file.barred.at
     holder = holder_of(registry, badge.id)
     assert holder is not None and holder.name == "somebody who was erased" and holder.barred
-
-
-def test_a_bundle_of_afterwards_does_not_hold_the_person(erased, tmp_path, monkeypatch):
-    """Catches: a bundle made of the log."""
-    registry, badge, _ = erased
-    monkeypatch.setenv("MOIREID_SEEN", str(tmp_path / "seen.sqlite3"))
-    assert registry.publish(tmp_path / "b", specimen_of, days=1).people == 2
-    assert b"Quux" not in (tmp_path / "b").read_bytes()
-    with Bundle(tmp_path / "b", registry.fingerprint) as bundle:
-        assert bundle.holder_of(badge.id) is None
-        with pytest.raises(RegistryError, match="no one named"):
-            bundle.claimed(NAME)
 
 
 def test_a_tombstone_cannot_be_made_or_taken_away(erased, url):

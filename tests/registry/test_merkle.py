@@ -10,7 +10,6 @@ import pytest
 
 from kit.witnesses import reading, root_of
 from moireid.registry.merkle import (
-    Tree,
     consistency_proof,
     consistent,
     included,
@@ -96,21 +95,6 @@ def test_every_proof_of_small_trees_holds_and_no_other_does():
         assert not consistent(first, roots[first], second, other, proof)
     assert not consistent(0, roots[0], 5, roots[5], [])
     assert not consistent(5, roots[5], 3, roots[3], consistency_proof(reading(leaves[:5]), 5, 3))
-
-
-def test_a_forked_log_has_no_proof():
-    """Catches: a tree of which an early leaf can be changed while the old root still passes."""
-    old, new = LEAVES[:5], [*LEAVES[:3], leaf_hash(b"another"), *LEAVES[4:]]
-    assert not consistent(5, root_of(old), 8, root_of(new), consistency_proof(reading(new), 8, 5))
-    assert not consistent(5, root_of(old), 8, root_of(new), consistency_proof(reading(LEAVES), 8, 5))
-
-
-def test_a_growing_tree_gives_each_root():
-    """Catches: a root that changes the tree, so that the next one is wrong."""
-    tree = Tree()
-    for size, leaf in enumerate(LEAVES):
-        assert tree.root() == tree.root() == bytes.fromhex(ROOTS[size]) and tree.size == size
-        tree.add(leaf)
 
 
 @pytest.mark.parametrize(("call", "number"), [(inclusion_proof, 8), (inclusion_proof, -1), (consistency_proof, 9)])

@@ -40,15 +40,6 @@ def test_absent_file_is_not_made(path):
     assert list(path.parent.iterdir()) == []
 
 
-def test_create_makes_folders_and_keeps_what_is_there(tmp_path):
-    """Catches: a create that empties an existing registry."""
-    url = url_of(tmp_path / "a" / "b" / "people.sqlite3")
-    with open_registry(url, create=True) as registry:
-        registry.enroll(badge_of("Ada"))
-    with open_registry(url, create=True) as registry:
-        assert registry.find("Ada").name == "Ada"
-
-
 def test_relative_path_is_that_of_the_opening(path, monkeypatch):
     """Catches: a registry that follows the working folder about."""
     monkeypatch.chdir(path.parent)
@@ -212,14 +203,6 @@ def test_other_schema_version_is_refused(url, change, found, remedy, create):
     tamper(url, change)
     with pytest.raises(RegistryError, match=f"schema version {found}, and this moireid reads version 6; .*{remedy}"):
         open_registry(url, create=create)
-
-
-def test_schema_version_is_written_once(path):
-    """Catches: a version row for each opening."""
-    for _ in range(2):
-        open_registry(url_of(path), create=True).close()
-    with sqlite3.connect(path) as raw:
-        assert raw.execute("SELECT version FROM schema_version").fetchall() == [(6,)]
 
 
 # Faults of the database.

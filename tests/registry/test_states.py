@@ -7,12 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from kit.registries import badge_of, run, tamper, url_of
+from kit.registries import badge_of, run, url_of
 from moireid.errors import RegistryError, SpecError
 from moireid.idcodes import specimen_of
-from moireid.registry import People, Registry, claimed, holder_of, import_registry, open_registry
+from moireid.registry import People, Registry, claimed, holder_of, open_registry
 from moireid.registry.bundle.held import Bundle, BundlePeople
-from moireid.registry.checkpoints.proof import check_proof
 
 
 @pytest.fixture
@@ -65,24 +64,6 @@ def test_what_changes_nothing_is_refused(full):
     assert full.find("Ada") == first and full.head() == head
 
 
-def test_a_suspension_that_was_taken_out_is_found(full, url):
-    """Catches: a column outside the signed text, which anyone with the database can clear."""
-    full.suspend("Ada", "mislaid")
-    tamper(url, "UPDATE badges SET suspended_at = NULL, suspended_reason = NULL")
-    assert [one.code for one in full.audit().findings] == ["record_signature"]
-    with pytest.raises(RegistryError, match="signature"):
-        claimed(full, "Ada")
-
-
-def test_it_goes_with_exports(full, target, tmp_path):
-    """Catches: a suspension that a backup forgets."""
-    suspended = full.suspend("Ada", "mislaid")
-    full.export_json(tmp_path / "new.json")
-    assert import_registry(tmp_path / "new.json", target).added == 3
-    with open_registry(target, create=False) as other:
-        assert other.find("Ada") == suspended and other.audit().sound
-
-
 def test_a_bundle_says_it_and_is_of_no_other_version(full, tmp_path):
     """Catches: a bundle that takes a suspended badge for valid; one of another version, read by the rules of this."""
     later = tmp_path / "later.bundle"
@@ -98,13 +79,6 @@ def test_a_bundle_says_it_and_is_of_no_other_version(full, tmp_path):
         later.write_bytes(whole.replace(b"bundle 3 ", b"bundle " + version + b" ", 1))
         with pytest.raises(RegistryError, match=words):
             Bundle(later)
-
-
-def test_a_proof_says_it(full):
-    """Catches: a proof of a suspended badge that reads as one of a valid badge."""
-    full.suspend("Ada", "mislaid")
-    found = check_proof(full.prove(full.find("Ada")), "a proof")
-    assert (found.record.revoked_at, found.record.suspended_reason) == (None, "mislaid")
 
 
 def test_the_commands_suspend_and_reinstate(path: Path) -> None:
@@ -161,25 +135,7 @@ def test_the_day_stays_as_it_was_issued(registry):
     assert [one.expires for one in registry.records()] == ["2090-05-03", None, "2090-05-03", "2090-05-03"]
 
 
-def test_the_day_goes_with_exports_bundles_and_proofs(full, url, target, tmp_path, monkeypatch):
-    """Catches: a copy of the registry in which a badge never ends, or a day that can be changed there."""
-    eve = full.enroll(badge_of("Eve"), expires="2090-05-03")
-    full.publish(tmp_path / "people.bundle", specimen_of, days=7)
-    with Bundle(tmp_path / "people.bundle") as bundle, monkeypatch.context() as later:
-        assert bundle.claimed("Eve").barred is None
-        later.setattr("moireid.registry.record.utc_now", lambda: "2090-05-04T00:00:00Z")
-        late = bundle.claimed("Eve").barred
-        assert late and late.code == "expired"
-    assert check_proof(full.prove(full.find("Eve")), "a proof").record.expires == "2090-05-03"
-    full.export_json(tmp_path / "out.json")
-    import_registry(tmp_path / "out.json", target)
-    with open_registry(target, create=False) as other:
-        assert other.find("Eve") == eve
-    tamper(url, "UPDATE badges SET expires = '2099-01-01' WHERE name_nfc = 'Eve'")
-    assert [one.code for one in full.audit().findings] == ["record_signature"]
-
-
-def test_since_when_a_revoked_badge_is_compromised(full, target, tmp_path):
+def test_since_when_a_revoked_badge_is_compromised(full, tmp_path):
     """Catches: a day that is not signed or not shown; one by which older films count again; a day to come."""
     for day in ("2090-01-01", "yesterday", "20260501"):
         with pytest.raises(SpecError, match="day of compromise"):
@@ -188,8 +144,6 @@ def test_since_when_a_revoked_badge_is_compromised(full, target, tmp_path):
     revoked = full.revoke("Ada", "stolen", "2026-05-01")
     barred = claimed(full, "Ada").barred
     assert barred and (barred.code, barred.since) == ("revoked", "2026-05-01") and "2026-05-01" in barred.text
-    full.export_json(tmp_path / "out.json")
-    import_registry(tmp_path / "out.json", target)
     full.publish(tmp_path / "people.bundle", specimen_of, days=7)
-    with open_registry(target, create=False) as other, Bundle(tmp_path / "people.bundle") as bundle:
-        assert other.find("Ada") == revoked and bundle.claimed("Ada").barred == barred
+    with Bundle(tmp_path / "people.bundle") as bundle:
+        assert full.find("Ada") == revoked and bundle.claimed("Ada").barred == barred

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
 
-from kit.enrolling import enroll_batch, enroll_many, prepared, renamed
+from kit.enrolling import enroll_many, prepared, renamed
 from kit.registries import badge_of, url_of
-from moireid.badge import badge_from_json
 from moireid.registry import open_registry
 
 
@@ -73,45 +71,3 @@ def test_two_processes_that_want_the_same_ids(url, keys):
         for k, text in enumerate(outcome):
             assert (text == who) == (holders[k] == who)
             assert text == who or f"already to {holders[k]!r}" in text
-
-
-@pytest.mark.slow
-def test_kill_leaves_old_or_new_state(url, keys, rng):
-    """Catches: a record without its entry, a chain cut short, a lock that outlives its process, a batch that cannot be
-    run again."""
-    badge = badge_of("Ada")
-    badges = [renamed(badge, f"Al {k:03}", k) for k in range(150)]
-    context = prepared()
-    for _ in range(4):
-        queue = context.Queue()
-        process = context.Process(target=enroll_batch, args=(url, str(keys), badges, queue))
-        process.start()
-        for _ in range(int(rng.integers(1, 8))):
-            queue.get(timeout=120)
-        time.sleep(rng.uniform(0, 0.03))
-        process.kill()
-        process.join(timeout=30)
-        with open_registry(url, create=False) as registry:
-            seen = registry.audit()
-            assert seen.sound and seen.entries == seen.records + 1
-            assert seen.records % 5 == 0
-            assert [record.name for record in registry.records()] == [f"Al {k:03}" for k in range(seen.records)]
-    with open_registry(url, create=False) as registry:
-        done = registry.enroll_many(map(badge_from_json, badges))
-        assert (done.enrolled, done.unchanged) == (150 - seen.records, seen.records)
-        assert registry.audit().sound
-
-
-def test_batch_and_single_enrolments_at_once(url):
-    """Catches: a batch that holds the registry for itself until its end."""
-    badge = badge_of("Ada")
-    with open_registry(url, create=True) as first, open_registry(url, create=False) as second:
-
-        def issue():
-            for k in range(4):
-                yield badge_from_json(renamed(badge, f"Al {k}", k))
-                second.enroll(badge_from_json(renamed(badge, f"Bo {k}", 100 + k)))
-
-        first.enroll_many(issue())
-        seen = first.audit()
-    assert seen.sound and seen.records == 8

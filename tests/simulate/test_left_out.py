@@ -28,7 +28,6 @@ from moireid.simulate.recording.sensor import Sensor
 from moireid.simulate.scene import Build, Camera, Instant, Need, Scene
 from moireid_lab.bench.simulate.left_out import mitsuba_rows, table
 from moireid_lab.bench.simulate.scenes import SceneSetting, eleven
-from moireid_lab.bench.simulate.simulate_suite import mitsuba_sweep
 
 SETTINGS = {setting.name: setting for setting in eleven()}
 SMALL = Camera(width=480, height=272, focal_px=363.0, shutter_s=0.012, noise_counts=0.0)
@@ -263,13 +262,3 @@ def test_a_flat_picture_is_lit_once() -> None:
     dark, bright = (AnalyticRenderer(replace(scene, light=one)).render(shown) for one in (None, scene.light))
     assert np.array_equal(dark.radiance, bright.radiance)
     assert bright.radiance[bright.coverage == 1].mean() == pytest.approx(lit.mean(), abs=0.01)
-
-
-def test_the_sweep_is_full_for_the_best_variant_alone(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Catches: a plain variant that traces for an hour; the best one cut short."""
-    monkeypatch.setattr(
-        "moireid_lab.bench.simulate.simulate_suite.mitsuba_variants", lambda: ["llvm_ad_rgb", "scalar_rgb"]
-    )
-    full, plain = mitsuba_sweep("1080p", quick=False)
-    assert full[0] == "llvm_ad_rgb" and len(full[1]) == 6 and len(plain[1]) == 3
-    assert [name for name, _ in mitsuba_sweep("2160p", quick=False)] == ["llvm_ad_rgb"]

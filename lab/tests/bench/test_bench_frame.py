@@ -10,7 +10,8 @@ import pytest
 from kit.in_place import in_place
 from moireid.errors import SpecError
 from moireid_lab.bench import bench_rows
-from moireid_lab.bench.bench_frame import Wish, counted_verdicts, grouped, table_lines
+from moireid_lab.bench.bench_frame import Wish, counted_verdicts, grouped
+from moireid_lab.evaluation.text_table import table_lines
 
 COLUMNS = {"film": "name <6", "gain": ">7.2f", "share": "fine.share >6.0%", "why": "<1", "sum": ">4"}
 

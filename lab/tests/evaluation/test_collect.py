@@ -1,21 +1,16 @@
-"""Rows of a collection: kept in Parquet as they come, gone on with after a break, made anew where something changed."""
+"""Rows of a collection: kept as they come, gone on with after a break, made anew where something changed."""
 
 from __future__ import annotations
 
 import signal
 import subprocess
 import sys
-import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import psutil
-import pyarrow as pa
-import pyarrow.dataset as ds
-import pyarrow.parquet as pq
 import pytest
 
 import moireid
@@ -23,16 +18,14 @@ from kit.film_stubs import notes, score, score_as_sealed
 from kit.places import TESTS
 from moireid.badge import Badge
 from moireid.errors import SpecError
+from moireid.result_cache import kept_rows
 from moireid.sandbox.process import sealed_here
-from moireid_lab.archive import parts as parts_of
 from moireid_lab.archive.engine import Task
 from moireid_lab.archive.isolated import Fault, Limits, LostJob
-from moireid_lab.archive.parts import Parts
 from moireid_lab.archive.worker import Done
-from moireid_lab.commands import rate
 from moireid_lab.evaluation import collect as collecting
 from moireid_lab.evaluation.collect import ScoredFilm, collect
-from moireid_lab.evaluation.film_rows import COLUMNS, PASSING, Job, failed_row, score_film
+from moireid_lab.evaluation.film_rows import PASSING, Job, ScoredRow, failed_row, score_film
 from moireid_lab.evaluation.manifest import read_manifest
 
 QUICK = Limits(seconds=20.0, memory_mb=1500)
@@ -70,7 +63,7 @@ def run(manifest: Path, badge: Badge, pipelines: tuple[Any, ...] = ("moireid",),
     """Score by the stub, into `results` next to the manifest; one worker by default."""
     entries = read_manifest(manifest, badge=badge).entries
     given = {"workers": 1, "limits": QUICK, "work": score} | options
-    return collect(entries, pipelines, kept=manifest.parent / "results", **given)
+    return collect(entries, pipelines, kept=manifest.parent / "results.jsonl", **given)
 
 
 def begun(folder: Path) -> list[str]:
@@ -81,8 +74,8 @@ def begun(folder: Path) -> list[str]:
 
 
 def table_of(folder: Path) -> list[dict[str, Any]]:
-    """The results as any program reads them."""
-    return ds.dataset(folder / "results", format="parquet").to_table().to_pylist()
+    """The rows that are kept."""
+    return list(kept_rows(folder / "results.jsonl").values())
 
 
 def test_a_run_goes_on_where_it_was_broken_off(tmp_path: Path, prototype: Badge, ada: Badge, lost: dict[str, Fault]):
@@ -111,11 +104,11 @@ def test_a_run_goes_on_where_it_was_broken_off(tmp_path: Path, prototype: Badge,
     assert begun(tmp_path) == []
     run(manifest, prototype, BOTH, retry=True)
     assert begun(tmp_path) == ["b.txt moireid", "b.txt published"]
-    # A film that changed replaces its rows; those of another claim are kept next to them.
+    # A film that changed is scored anew, and so is one of another claim.
     run(manifest_of(tmp_path, ("a.txt", "0 more aaa"), *films[1:]), prototype, BOTH)
-    assert begun(tmp_path) == ["a.txt moireid", "a.txt published"] and len(table_of(tmp_path)) == 6
+    assert begun(tmp_path) == ["a.txt moireid", "a.txt published"] and len(table_of(tmp_path)) == 8
     run(manifest, ada)
-    assert begun(tmp_path) == ["a.txt moireid", "b.txt moireid", "c.txt moireid"] and len(table_of(tmp_path)) == 9
+    assert begun(tmp_path) == ["a.txt moireid", "b.txt moireid", "c.txt moireid"] and len(table_of(tmp_path)) == 11
 
 
 @pytest.mark.parametrize(
@@ -151,17 +144,17 @@ def test_a_row_says_how_its_film_was_read(tmp_path: Path, prototype: Badge):
     """Catches: a collection whose rows do not say what a film could reach; the word of the process that read it."""
     (one,) = run(manifest_of(tmp_path, ("a.txt", "0 aa")), prototype, work=score_as_sealed)
     assert one.row["sealed"] == list(sealed_here()) and one.row["verdict"] == "accept"
-    assert pq.read_table(tmp_path / "results", partitioning=None)["sealed"].to_pylist() == [one.row["sealed"]]
+    assert [row["sealed"] for row in table_of(tmp_path)] == [one.row["sealed"]]
 
 
 def test_a_fault_that_may_pass_is_tried_by_the_next_run(tmp_path: Path, prototype: Badge, lost: dict[str, Fault]):
-    """Catches: a film that could not be fetched for an hour left out for ever, a fault of ours kept for good."""
+    """Catches: a film whose worker was lost for an hour left out for ever, a fault of ours kept for good."""
     manifest = manifest_of(tmp_path, *((f"{fault}.txt", f"0 {fault}") for fault in PASSING))
     lost |= {f"{fault}.txt": fault for fault in PASSING}
     assert all(one.row["again"] and one.row["error"] == "gone" for one in run(manifest, prototype))
     lost.clear()
-    assert [one.row["score"] for one in run(manifest, prototype)] == [3.0] * 3
-    assert [row["fault"] for row in table_of(tmp_path)] == [None] * 3
+    assert [one.row["score"] for one in run(manifest, prototype)] == [3.0] * 2
+    assert [row["fault"] for row in table_of(tmp_path)] == [None] * 2
 
 
 def test_one_film_under_two_names_is_refused(tmp_path: Path, prototype: Badge, lost: dict[str, Fault]):
@@ -174,66 +167,6 @@ def test_one_film_under_two_names_is_refused(tmp_path: Path, prototype: Badge, l
     with pytest.raises(SpecError, match="lines 2 and 3 list one film"):
         run(manifest, prototype)
     assert begun(tmp_path) == []
-
-
-def test_results_can_be_read_at_any_time_of_a_run(
-    tmp_path: Path, prototype: Badge, lost: dict[str, Fault], monkeypatch
-):
-    """Catches: a part seen half written, a row seen twice, a row that was seen and goes, columns that differ."""
-    monkeypatch.setattr(parts_of, "ROWS_A_PART", 4)
-    films = [(f"f{k}.txt", f"0.02 {k}") for k in range(14)]
-    seen: list[int] = []
-    ended = threading.Event()
-
-    def read() -> None:
-        while not ended.is_set():
-            if (tmp_path / "results").exists():
-                keys = [row["key"] for row in table_of(tmp_path)]
-                assert len(set(keys)) == len(keys)
-                seen.append(len(keys))
-            time.sleep(0.002)
-
-    reader = threading.Thread(target=read)
-    reader.start()
-    try:
-        run(manifest_of(tmp_path, *films), prototype, BOTH)
-    finally:
-        ended.set()
-        reader.join()
-    assert seen == sorted(seen) and len(set(seen)) > 5
-    files = sorted((tmp_path / "results").iterdir())
-    assert len(files) == 7 and len(table_of(tmp_path)) == 28
-    schema = pq.read_schema(files[0])
-    assert schema.names == list(COLUMNS) and schema.field("score").type == pa.float64()
-    assert {name: schema.field(name).metadata[b"description"].decode() for name in COLUMNS} == {
-        name: text for name, (_, text) in COLUMNS.items()
-    }
-
-
-def test_how_far_and_how_fast_is_reported(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]):
-    """Catches: rows of an earlier run counted as this one's speed, talk on stdout, a bar's signs in a log."""
-    monkeypatch.setattr(rate, "LINE_S", 0.0)
-    now = iter([10.0, *[12.0] * 3, *[20.0] * 9])
-    monkeypatch.setattr(rate, "time", SimpleNamespace(monotonic=lambda: next(now)))
-    with rate.film_rate() as step:
-        step(103, 200, 1, 100)
-        step(110, 200, 2, 100)
-    said = capsys.readouterr()
-    assert not said.out and said.err.splitlines() == [
-        "103 of 200 films: 1.50 films/s, 97 left, 1 failed",
-        "110 of 200 films: 1.00 films/s, 90 left, 2 failed",
-        "10 films in 10 s: 1.00 films/s, 90 left, 2 failed",
-    ]
-
-
-def test_parts_that_are_none_are_refused(tmp_path: Path):
-    """Catches: a traceback of another package; a foreign table taken for rows."""
-    (tmp_path / "part-x.parquet").write_bytes(b"PAR1 no")
-    with pytest.raises(SpecError, match=r"part-x.parquet cannot be read"):
-        Parts(tmp_path, COLUMNS).rows()
-    pq.write_table(pa.table({"a": [1]}), tmp_path / "part-x.parquet")
-    with pytest.raises(SpecError, match="holds no rows of moireid"):
-        Parts(tmp_path, COLUMNS).rows()
 
 
 @pytest.mark.slow
@@ -251,7 +184,7 @@ def test_a_run_that_is_killed_loses_no_finished_row(tmp_path: Path, prototype: B
     paths = [str(Path(moireid.__file__).parent.parent), str(TESTS), str(Path(__file__).parent)]
     process = subprocess.Popen([sys.executable, "-c", code, str(manifest), str(tmp_path / "badge.json"), *paths])
     last = time.monotonic() + 90
-    while not list((tmp_path / "results").glob("*.parquet")) or len(table_of(tmp_path)) < 4:
+    while len(table_of(tmp_path)) < 4:
         assert process.poll() is None and time.monotonic() < last
         time.sleep(0.01)
     children = psutil.Process(process.pid).children(recursive=True)
@@ -272,7 +205,5 @@ def test_the_film_is_scored_where_it_was_fetched_to(films: Path, prototype: Badg
     (entry,) = read_manifest(manifest_of(tmp_path, ("film.mp4", "")), badge=prototype).entries
     row = score_film(Job(entry, "moireid"), str(films / "README.md"))
     assert row["fault"] == "film" and str(films) not in row["error"] and entry.video in row["error"]
-    assert len(row["sha256"]) == 64 and set(row) | {"key", "film", "claim", "pipeline", "program", "worker"} == set(
-        COLUMNS
-    )
+    assert len(row["sha256"]) == 64 and set(row) == set(ScoredRow.__struct_fields__)
     assert failed_row(LostJob("gone", 1.0, "worker"))["again"]

@@ -77,13 +77,13 @@ def test_a_detector_without_a_name_and_with_a_score_that_rises(tmp_path: Path) -
     ("lines", "words"),
     [
         (["video,score"], "hold no score"),
-        (["film,score", "a.mp4,1"], "have the columns 'film,score'"),
+        (["film,score", "a.mp4,1"], "has no column video, its first line is 'film,score'"),
         (["video,score,fake_score", "a.mp4,1,0"], "have the columns"),
         (["video,score", "e.mp4,1"], "line 2 of"),
         (["video,score", "a.mp4,1", "a.mp4,2"], "a second score"),
         (["video,score", "a.mp4,nan"], "no finite number"),
         (["video,score", "a.mp4,"], "no finite number"),
-        (["video,score", 'a.mp4,"1'], "no CSV"),
+        (["video,score", 'a.mp4,"1'], "unexpected end of data"),
     ],
 )
 def test_a_list_that_cannot_be_used_is_refused(tmp_path: Path, lines: list[str], words: str) -> None:

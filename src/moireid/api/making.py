@@ -14,7 +14,7 @@ from moireid.designer.request import clean_name
 from moireid.errors import SpecError
 from moireid.fabrication.package import PrintResult
 from moireid.fabrication.package import print_badge as print_planned
-from moireid.fabrication.page.dress import check_look, look_notes
+from moireid.fabrication.page.marks import check_look, look_notes
 from moireid.fabrication.process_figures import MountFigures, mount_figures
 from moireid.files import AnyPath, as_path
 from moireid.issuing import IssueOrder, Wear, plan_badge

@@ -22,13 +22,12 @@ if TYPE_CHECKING:
     from moireid.attest.certificate_identity import CertificateIdentity
     from moireid.attest.checking import CheckResult, check
     from moireid.attest.envelope import signed_envelope
-    from moireid.attest.registry_answer import RegistryAnswer, held_against
+    from moireid.attest.registry_answer import held_against
     from moireid.attest.signing_keys import SigningKey, load_public_key, load_signing_key
 
 __all__ = [
     "CertificateIdentity",
     "CheckResult",
-    "RegistryAnswer",
     "SigningKey",
     "check",
     "held_against",
@@ -43,7 +42,6 @@ __getattr__ = lazy(
         "CheckResult": "checking",
         "check": "checking",
         "CertificateIdentity": "certificate_identity",
-        "RegistryAnswer": "registry_answer",
         "held_against": "registry_answer",
         "SigningKey": "signing_keys",
         "load_public_key": "signing_keys",

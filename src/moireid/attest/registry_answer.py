@@ -7,7 +7,7 @@ a verdict that another key signed needs that key, or the name in its certificate
 from __future__ import annotations
 
 import unicodedata
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from typing import Any
 
@@ -21,14 +21,6 @@ from moireid.attest.timestamp import Stamp
 from moireid.provenance import AuthorityKey, BadgeHolder, Exclusion
 
 
-@dataclass(frozen=True)
-class RegistryAnswer:
-    """The holder of a verdict's badge, and the keys of the authority that says so, the present one first."""
-
-    holder: BadgeHolder
-    keys: tuple[AuthorityKey, ...]
-
-
 def badge_of(report: dict[str, Any]) -> str | None:
     """The identity by which a report's badge is looked up; None if it names none.
 
@@ -38,15 +30,17 @@ def badge_of(report: dict[str, Any]) -> str | None:
     return found
 
 
-def held_against(found: CheckResult, answer: RegistryAnswer) -> CheckResult:
+def held_against(found: CheckResult, holder: BadgeHolder, keys: tuple[AuthorityKey, ...]) -> CheckResult:
     """Compare a verdict with what a registry says at present.
 
     Parameters
     ----------
     found : CheckResult
         What `check` found.
-    answer : RegistryAnswer
-        What the registry, or a bundle of it, says about its badge.
+    holder : BadgeHolder
+        Of its badge, by the registry or a bundle of it.
+    keys : tuple of AuthorityKey
+        Of the authority that says so, the present one first.
 
     Returns
     -------
@@ -61,13 +55,13 @@ def held_against(found: CheckResult, answer: RegistryAnswer) -> CheckResult:
     """
     if found.report is None or found.opened is None:
         return replace(found, asked=True)
-    faults = [*found.faults, *_record_faults(found.report, answer)]
+    faults = [*found.faults, *_record_faults(found.report, holder, keys)]
     expected = found.expected
     if not expected:
         expected = ("registry",)
-        fault = _signer_fault(fingerprint(found.opened.key), answer.keys, found.stamp)
+        fault = _signer_fault(fingerprint(found.opened.key), keys, found.stamp)
         faults += [Broken("key", fault)] if fault else []
-    barred = answer.holder.barred
+    barred = holder.barred
     if barred is not None and not _stamped_before(found.stamp, bound := _counted_until(barred)):
         what = f"was {barred.code}" if barred.code != "expired" else "expired"
         since = f", compromised since {barred.since}" if barred.since else ""
@@ -79,13 +73,12 @@ def held_against(found: CheckResult, answer: RegistryAnswer) -> CheckResult:
     return replace(found, faults=tuple(faults), expected=expected, asked=True, barred=barred)
 
 
-def _record_faults(report: dict[str, Any], answer: RegistryAnswer) -> list[Broken]:
+def _record_faults(report: dict[str, Any], holder: BadgeHolder, keys: tuple[AuthorityKey, ...]) -> list[Broken]:
     """Where a report says something else of its badge than the registry."""
-    badge, holder, faults = report["badge"], answer.holder, []
+    badge, faults = report["badge"], []
     if not holder.erased and not _same(badge["name"], holder.name):
         words = f"The registry says that this badge is {holder.name[:80]!r}'s, and not {badge['name'][:80]!r}'s."
         faults.append(Broken("badge", words))
-    # Reports of older versions have no line.
     if not holder.erased and badge.get("line") is not None and not _same(badge["line"], holder.line or ""):
         own = "no line" if holder.line is None else f"the line {holder.line[:80]!r}"
         words = f"The registry has {own} below the name, and the report {badge['line'][:80]!r}."
@@ -97,7 +90,7 @@ def _record_faults(report: dict[str, Any], answer: RegistryAnswer) -> list[Broke
             "with --claim and --registry or --bundle."
         )
         faults.append(Broken("registry", words))
-    elif asked["fingerprint"] not in [key.fingerprint for key in answer.keys]:
+    elif asked["fingerprint"] not in [key.fingerprint for key in keys]:
         words = f"The badge was looked up at authority {asked['fingerprint']}, and this is another registry."
         faults.append(Broken("registry", words))
     return faults

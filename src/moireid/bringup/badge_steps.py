@@ -3,23 +3,25 @@
 from __future__ import annotations
 
 import filecmp
+import json
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import cv2
-import msgspec
 import numpy as np
 
 from moireid.asbuilt import merge
 from moireid.badge import Badge, load_badge
 from moireid.bringup.build_folder import BADGE_FILMS, BADGE_JSON, BuildFolder, Figure, Reading
-from moireid.bringup.capture_record import CaptureRecord, FilmRecord, capture_record, film_record
+from moireid.bringup.capture_record import capture_record, film_record
 from moireid.bringup.chart_steps import CAMERA, PRINTER, SHEET
 from moireid.bringup.field_crops import FieldCrop, field_crops
 from moireid.bringup.film_figures import FilmResult, film_figures
 from moireid.errors import DesignError, MediaError, SpecError
-from moireid.files import whole_file, write_text
+from moireid.files import write_text
 from moireid.issuing import IssueOrder, Wear, plan_badge
+from moireid.models import parse_json
 from moireid.profiles import load_lens_profile, load_printer_profile
 from moireid.verifier.camera.known_camera import KnownCamera, load_camera
 from moireid.verifier.report.plots import law_plot
@@ -83,8 +85,7 @@ def read_films(folder: BuildFolder, progress: Progress | None) -> Reading:
         pictures |= _film_pictures(folder, number, found, crops)
     refused = _refused(films, paths, badge)
     figures = film_figures(films, badge, _figure(folder, "Sheet thickness"))
-    with whole_file(folder.at(FILMS)) as new:
-        new.write_bytes(msgspec.json.encode(records))
+    write_text(folder.at(FILMS), json.dumps(records, allow_nan=False))
     built = [film.built for film in films if film.built is not None]
     if built and refused is None:
         write_text(folder.at(AS_BUILT), merge(built).to_json() + "\n")
@@ -133,19 +134,16 @@ def _figure(folder: BuildFolder, name: str) -> Figure | None:
     return next((one for one in folder.figures() if one.name == name), None)
 
 
-def collect_record(folder: BuildFolder, *, with_badge: bool, note: str) -> CaptureRecord:
+def collect_record(folder: BuildFolder, *, with_badge: bool, note: str) -> dict[str, Any]:
     """The capture record of a folder whose films were read.
 
     Raises: SpecError where they were not, or what was read of them is damaged.
     """
     if not folder.at(FILMS).exists():
         raise SpecError(f"{folder.path} has no films of a badge yet; do the steps of moireid first-badge first")
-    try:
-        films = msgspec.json.decode(folder.at(FILMS).read_bytes(), type=list[FilmRecord])
-    except msgspec.MsgspecError as error:
-        raise SpecError(f"{folder.at(FILMS)} is damaged ({error}); delete it, and the films are read again") from error
+    text = folder.at(FILMS).read_bytes().decode("utf-8", "replace")
     return capture_record(
-        films,
+        parse_json(text, str(folder.at(FILMS)), "delete it, and the films are read again"),
         load_badge(folder.at(BADGE_JSON)),
         figures=folder.figures(),
         sheet=load_lens_profile(folder.at(SHEET)),

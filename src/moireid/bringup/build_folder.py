@@ -1,7 +1,7 @@
 """The folder of a first badge: what is wished, which pictures and films are there, and what was read of them.
 
-A builder puts files of well-known names into the folder, or names others by an option.  Whatever was read is kept with
-the digests of its inputs, so that nothing is read twice, and a new film is read at once.
+A builder puts files of well-known names into the folder.  Whatever was read is kept with the digests of its inputs, so
+that nothing is read twice, and a new film is read at once.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ JPEG_QUALITY = 80
 #: What is written into the folder, and replaced as better pictures come.
 OWN_FILES = (
     *("pitch-test.pdf", "pitch-test.json", "camera-chart.pdf", "sheet.json", "printer.json", "camera.yaml", "badge"),
-    *("films.json", "as-built.json", "report.html", "sheet-seen.jpg", "strip-seen.jpg"),
+    *("films.json", "as-built.json", "report.html"),
     *("law-1.svg", "law-2.svg", "fringes-1.jpg", "fringes-2.jpg"),
 )
 BADGE_JSON = "badge/badge.json"
@@ -50,8 +50,7 @@ class Figure(Struct, frozen=True, omit_defaults=True):
     """One figure of a badge as it was built.
 
     sd: standard deviation, in the same unit; state: good, to be looked at, or unknown; words: how it was measured, or
-    why it is unknown; advice: what to do about it; within: least and greatest value, where one standard deviation
-    does not say it, and value is None.
+    why it is unknown; advice: what to do about it.
     """
 
     name: str
@@ -61,7 +60,6 @@ class Figure(Struct, frozen=True, omit_defaults=True):
     state: State
     words: str
     advice: str = ""
-    within: tuple[float, float] | None = None
 
 
 def good_or(good: bool) -> State:
@@ -105,7 +103,7 @@ class Wish(Struct, frozen=True):
 
 
 class BuildState(Struct, frozen=True):
-    """The state of a folder; files: paths of films and photographs elsewhere, by their names here."""
+    """The state of a folder; files: paths of films and photographs by their names, for a process that reads them."""
 
     format: Literal[1]
     kind: Literal["first-badge"]
@@ -136,7 +134,7 @@ class BuildFolder:
         return self.path / name
 
     def found(self, name: str) -> Path | None:
-        """A photograph or film by its well-known name, here or else where an option named it; None where there is none.
+        """A photograph or film by its well-known name; None where there is none.
 
         Raises: SpecError where there are several here, or one in a format that cannot be read.
         """
@@ -144,9 +142,8 @@ class BuildFolder:
         if len(there) > 1:
             names = " and ".join(path.name for path in there)
             raise SpecError(f"{self.path} has {names}; keep one of them, as both are {name}")
-        if not there and (elsewhere := self.state.files.get(name)) is not None:
-            # One that is gone since does not count.
-            there = [one for one in (Path(elsewhere),) if one.is_file()]
+        if not there and name in self.state.files:
+            there = [Path(self.state.files[name])]
         if there and there[0].suffix.lower() in UNREADABLE:
             raise SpecError(f"{there[0]} is in a format that moireid does not read; export it as JPEG")
         return there[0] if there else None
@@ -184,44 +181,34 @@ class BuildFolder:
             temporary.write_bytes(cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])[1].tobytes())
 
 
-def open_folder(path: Path, wished: Mapping[str, Any], files: Mapping[str, Path]) -> BuildFolder:
+def open_folder(path: Path, wished: Mapping[str, Any] | None = None) -> BuildFolder:
     """The folder, made where it does not exist, with what is wished now.
 
     Parameters
     ----------
     path : Path
         The folder.
-    wished : mapping of str
+    wished : mapping of str, optional
         Fields of `Wish` that are given now, in their units; 0 for one that is forgotten, None for others.
-    files : mapping of str to Path
-        Photographs and films elsewhere, by their well-known names.
 
     Raises
     ------
     SpecError
         Where the folder holds files that would be replaced, was begun for another sheet, printer or paper, has the
-        badge of another name, or cannot be written; and for a sheet that is not known, or a file that is not there.
+        badge of another name, or cannot be written; and for a sheet that is not known.
     """
     if not (path / STATE).exists() and (taken := [name for name in OWN_FILES if (path / name).exists()]):
         raise SpecError(
             f"{path / taken[0]} exists already, and {path} was not begun by moireid first-badge; give a new folder"
         )
     state = _state_in(path)
-    given = {key: value or None for key, value in wished.items() if value is not None}
+    given = {key: value or None for key, value in (wished or {}).items() if value is not None}
     wish = msgspec.structs.replace(state.wish, **given)
     # A sheet that is not known is refused before anything is made for it.
     lens_named(wish.lens)
     _check_printed(path, state, wish)
-    missing = [str(one) for one in files.values() if not one.is_file()]
-    if missing:
-        raise SpecError(f"{missing[0]} does not exist or is no file; give a photograph or film that is there")
     planned([path / STATE], overwrite=True)
-    elsewhere = state.files | {name: str(one.absolute()) for name, one in files.items()}
-    folder = BuildFolder(path, msgspec.structs.replace(state, wish=wish, files=elsewhere))
-    for name, one in files.items():
-        if (there := folder.found(name)) is not None and not there.samefile(one):
-            raise SpecError(f"{there} is there, and {one} is given in its place; keep one of them")
-    return folder
+    return BuildFolder(path, msgspec.structs.replace(state, wish=wish))
 
 
 def _check_printed(path: Path, state: BuildState, wish: Wish) -> None:

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
-from moireid.badge import Badge, load_badge
+from moireid.badge import load_badge
 from moireid.bringup.build_folder import (
     CAMERA_FILM,
     SHEET_FILM,
@@ -15,19 +13,14 @@ from moireid.bringup.build_folder import (
     good_or,
     unknown,
 )
-from moireid.bringup.field_crops import rectified
 from moireid.calibration.camera_fit import CameraFound, camera_from_film, write_camera
-from moireid.calibration.chart_reading import view_chart
 from moireid.calibration.sheet_reading import SheetReading, printer_profile, read_sheet
-from moireid.calibration.still import load_pictures
 from moireid.calibration.thickness import Thickness, thickness_from_film, with_thickness
 from moireid.errors import MediaError, MoireIdError
 from moireid.fabrication.page.camera_page import print_camera_chart
 from moireid.fabrication.page.chart_page import JSON, PDF, print_chart
-from moireid.ink_strip import strip_rect_mm
 from moireid.profiles import save_lens_profile, save_printer_profile
 from moireid.sheets import MM_PER_INCH
-from moireid.verifier.measuring import FOCAL_PRIOR_RATIO
 from moireid.verifier.video import Progress
 
 CAMERA_CHART, SHEET, PRINTER, CAMERA = "camera-chart.pdf", "sheet.json", "printer.json", "camera.yaml"
@@ -73,7 +66,7 @@ def read_charts(folder: BuildFolder, progress: Progress | None) -> Reading:
             # The photo shows the rest.
             thickness, notes = Thickness(why="The film cannot be used; the notes say why."), [str(error)]
     thickness, how = _by_hand(thickness, wish.thickness_mm)
-    profile = with_thickness(found.calibration.profile, thickness)
+    profile = with_thickness(found.profile, thickness)
     printer = printer_profile(chart, found.ink, scales)
     save_lens_profile(profile, folder.at(SHEET))
     save_printer_profile(printer, folder.at(PRINTER))
@@ -83,8 +76,7 @@ def read_charts(folder: BuildFolder, progress: Progress | None) -> Reading:
         _ink(found),
         _scale(scales),
     ]
-    pictures = _pictures(folder, source, chart, wish.focal_px)
-    return Reading(figures=figures, notes=notes, pictures=pictures)
+    return Reading(figures=figures, notes=notes)
 
 
 def _by_hand(film: Thickness | None, calliper_mm: float | None) -> tuple[Thickness, str]:
@@ -97,12 +89,12 @@ def _by_hand(film: Thickness | None, calliper_mm: float | None) -> tuple[Thickne
 
 
 def _pitch(found: SheetReading) -> Figure:
-    profile, made = found.calibration.profile, found.calibration
+    profile = found.profile
     good = profile.pitch_sd_mm < GOOD_PITCH_SD_SHARE * profile.lens.pitch_mm
     unit = "true mm" if profile.found["unit"] == "true mm" else "mm of the page"
     words = (
-        f"{MM_PER_INCH / profile.lens.pitch_mm:.3f} lenses to the inch, from {made.used} of {made.bands} bands; the "
-        f"camera's distance is from {found.distance_from}."
+        f"{MM_PER_INCH / profile.lens.pitch_mm:.3f} lenses to the inch, from {profile.found['bands_used']} of "
+        f"{profile.found['bands']} bands; the camera's distance is from {found.distance_from}."
     )
     advice = "" if good else "Give the camera's distance by a tape measure (--distance), or its --focal-px."
     return Figure("Sheet pitch", profile.lens.pitch_mm, profile.pitch_sd_mm, unit, good_or(good), words, advice)
@@ -119,7 +111,7 @@ def _thickness(found: Thickness, how: str, label_mm: float) -> Figure:
 def _ink(found: SheetReading) -> Figure:
     ink = found.ink
     if ink.um is None:
-        return unknown("Ink spread", "um", f"Not measured: {ink.why}", "Or read the strip by eye.")
+        return unknown("Ink spread", "um", f"Not measured: {ink.why}", "Photograph it again.")
     good = ink.sd_um < GOOD_INK_SD_UM
     words = "How much wider than drawn the printer makes a line, with the shadow of ink within the paper."
     advice = "The badge is drawn with lines narrower by that; nothing is left to do."
@@ -133,26 +125,6 @@ def _scale(scales: tuple[float, float] | None) -> Figure:
         return unknown("Print scale", "x", words, advice)
     words = f"By a ruler: {scales[0]:.4f} across, {scales[1]:.4f} down. The badge is drawn at the inverse."
     return Figure("Print scale", scales[0], RULER_SD_SHARE, "x", "good", words)
-
-
-def _pictures(folder: BuildFolder, source: Path, chart: Badge, focal_px: float | None) -> dict[str, str]:
-    """The chart as it was seen, straightened."""
-    pictures, noted_px = load_pictures(source)
-    shown = {
-        "sheet-seen.jpg": (chart.outline_mm, 3.0, "The pitch test as it was read, straightened."),
-        "strip-seen.jpg": (strip_rect_mm(chart), 8.0, "The row of patches from which the ink spread is read."),
-    }
-    for luma in pictures:
-        focal = focal_px or noted_px or FOCAL_PRIOR_RATIO * max(luma.shape)
-        try:
-            page = view_chart(luma, chart, focal_px=focal).page
-        except MoireIdError:
-            continue
-        assert page is not None
-        for name, (rect, px_per_mm, _) in shown.items():
-            folder.save_picture(name, rectified(luma, page, rect, px_per_mm))
-        return {name: words for name, (_, _, words) in shown.items()}
-    return {}
 
 
 def calibrate(folder: BuildFolder, progress: Progress | None) -> Reading:

@@ -8,7 +8,6 @@ Convention: page millimetres; grey counts.
 
 from __future__ import annotations
 
-import base64
 from dataclasses import dataclass
 from itertools import takewhile
 from pathlib import Path
@@ -34,10 +33,6 @@ class FieldCrop:
     rect_mm: Rect
     px_per_mm: float
     picture: NDArray[np.uint8]
-
-    def png_base64(self) -> str:
-        """The picture as PNG, in base64."""
-        return base64.b64encode(cv2.imencode(".png", self.picture)[1].tobytes()).decode()
 
 
 def field_crops(report: Report, count: int = CROPS) -> list[FieldCrop]:

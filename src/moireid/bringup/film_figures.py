@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from moireid.asbuilt import AsBuilt, merge
-from moireid.badge import Badge, Markers
+from moireid.badge import Badge, Lens, Markers
 from moireid.bringup.build_folder import Figure, good_or, unknown
-from moireid.bringup.sharpness import radius_ratios, third_harmonic_expected
+from moireid.lenticule import RAYS, trace_mm
 from moireid.sheets import air_mm_per_gain, effective_gap_mm
 from moireid.verifier.picture import LINEAR_COUNTS
 from moireid.verifier.session.refusal import BENT_PER_M, MOST_CONTRAST, OFF_MM
@@ -53,7 +53,7 @@ def film_figures(films: Sequence[FilmResult], badge: Badge, thickness: Figure | 
     return [
         _gain(found),
         _air(found, badge, thickness),
-        *_sharpness(built, badge),
+        _focus(built, badge),
         _twist(found, badge),
         _wander(found, badge),
         _pitch(films, found, badge),
@@ -86,30 +86,36 @@ def _air(found: AsBuilt, badge: Badge, thickness: Figure | None) -> Figure:
     return Figure("Air under the sheet", air_mm, sd_mm, "mm", good_or(good), words, advice)
 
 
-def _sharpness(built: Sequence[AsBuilt], badge: Badge) -> list[Figure]:
-    """Focus and radius, from the third harmonic."""
+def _focus(built: Sequence[AsBuilt], badge: Badge) -> Figure:
+    """Focus, from the third harmonic: lenses that focus on the page show its lines with sharp edges.
+
+    Source: `lenticule.trace_mm`; Fourier series of lines that cover a share d: |sin 3 pi d| / (3 sin pi d).
+    """
     seen = [one.third_harmonic for one in built if one.third_harmonic is not None]
     if not seen:
         words = "The films do not show the fringes' third harmonic."
-        advice = "Film nearer, sharp, with fringes that pass by whole turns."
-        return [unknown("Focus", "contrasts", words, advice), unknown("Radius", "x focal", words, advice)]
-    cell = badge.gratings[0].cells[0]
-    lens, pitch_mm, duty = badge.lens, badge.gratings[0].pitch_mm, cell.duty
-    sharpest = third_harmonic_expected(lens, pitch_mm, duty, 1.0)
+        return unknown("Focus", "contrasts", words, "Film nearer, sharp, with fringes that pass by whole turns.")
+    sharpest = third_harmonic_expected(badge.lens, badge.gratings[0].pitch_mm, badge.gratings[0].cells[0].duty)
     value = float(np.mean(seen))
     scatter = float(np.std(seen, ddof=1)) if len(seen) > 1 else 0.0
     sd = max(scatter, SHARPNESS_SD_SHARE * value) / math.sqrt(len(seen))
     good = value >= GOOD_SHARPNESS * sharpest
     words = f"The fringes' third harmonic; a sheet that focuses on the page shows {sharpest:.2f}."
     advice = "" if good else "Sheets for flip pictures are soft on purpose; this one can be enrolled by its films."
-    focus = Figure("Focus", value, sd, "contrasts", good_or(good), words, advice)
-    words = (
-        "Of the lenses, over the radius that focuses on the back. A range, as too small and too large blur alike; its "
-        "ends are one standard deviation softer than the films show. Haze does not change it; air and ink that runs do."
-    )
-    within = radius_ratios(lens, pitch_mm, duty, max(value - sd, 1e-3))
-    radius = Figure("Radius", None, None, "x focal", good_or(good), words, advice, within)
-    return [focus, radius]
+    return Figure("Focus", value, sd, "contrasts", good_or(good), words, advice)
+
+
+def third_harmonic_expected(lens: Lens, pitch_mm: float, duty: float) -> float:
+    """The third harmonic of fringes under such a sheet, in contrasts of the first one, seen from the front.
+
+    Parameters: pitch_mm, duty: of the printed lines.
+    """
+    across = ((np.arange(RAYS) + 0.5) / RAYS - 0.5) * lens.pitch_mm
+    zero = np.zeros(RAYS)
+    landed, _ = trace_mm(lens, across, zero, zero)
+    landed = landed[np.isfinite(landed)]
+    first, third = (abs(np.mean(np.exp(2j * math.pi * k * landed / pitch_mm))) for k in (1, 3))
+    return float(abs(math.sin(3 * math.pi * duty)) / (3 * abs(math.sin(math.pi * duty))) * third / max(first, 1e-9))
 
 
 def _twist(found: AsBuilt, badge: Badge) -> Figure:

@@ -26,9 +26,7 @@ PROFILES = {
 
 
 def shown_value(figure: Figure) -> str:
-    """The value with its error bar, rounded to two digits of it; or its range."""
-    if figure.within is not None:
-        return f"{figure.within[0]:.2f} to {figure.within[1]:.2f} {figure.unit}"
+    """The value with its error bar, rounded to two digits of it."""
     if figure.value is None:
         return "not known"
     if figure.sd is None or figure.sd <= 0:

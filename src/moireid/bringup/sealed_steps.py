@@ -20,7 +20,6 @@ import msgspec
 from moireid.bringup.badge_steps import AS_BUILT, FILMS
 from moireid.bringup.bring_up import STEPS, BuildStep
 from moireid.bringup.build_folder import BADGE_JSON, BuildFolder, BuildState, Reading
-from moireid.bringup.capture_record import MOST_BYTES
 from moireid.bringup.chart_steps import CAMERA, CHART_FILES, PRINTER, SHEET
 from moireid.files import read_regular, whole_file
 from moireid.reading.answers import FilmAnswer, checked, malformed
@@ -29,6 +28,8 @@ from moireid.reading.film_reader import Reader, named
 
 #: Files of earlier steps that a step may need.
 OWN = (*CHART_FILES, SHEET, PRINTER, CAMERA, BADGE_JSON)
+#: No file that a step makes has more: the films of a record take 0.4 MB.
+MOST_BYTES = 50_000_000
 #: Names that pictures may have.
 PICTURE = re.compile(r"[a-z0-9-]{1,40}\.(jpg|svg)")
 #: What reads films, given them and a folder that it may write.

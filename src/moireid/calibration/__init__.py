@@ -18,11 +18,10 @@ from moireid.lazy import lazy
 
 if TYPE_CHECKING:
     from moireid.calibration.chart_reading import ChartView, view_chart
-    from moireid.calibration.lens_fit import Calibration, lens_from_band, lens_from_views
+    from moireid.calibration.lens_fit import lens_from_band, lens_from_views
     from moireid.calibration.still import load_pictures
 
 __all__ = [
-    "Calibration",
     "ChartView",
     "lens_from_band",
     "lens_from_views",
@@ -33,7 +32,6 @@ __all__ = [
 __getattr__ = lazy(
     __name__,
     {
-        "Calibration": "lens_fit",
         "ChartView": "chart_reading",
         "lens_from_band": "lens_fit",
         "lens_from_views": "lens_fit",

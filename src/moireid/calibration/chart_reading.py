@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from moireid.badge import Badge
 from moireid.dots import realised
 from moireid.errors import MediaError, SpecError
-from moireid.profiles import CHART_FAMILY, Printer
+from moireid.profiles import CHART_FAMILY, find_printer
 from moireid.verifier.camera.plane_pose import start_poses
 from moireid.verifier.picture import LINEAR_COUNTS, counts_of
 from moireid.verifier.tracking.brightness_profiles import ProfileReader
@@ -96,11 +96,7 @@ def printed_frequencies(chart: Badge) -> Array:
 
 def printed_dot_mm(chart: Badge) -> float | None:
     """The printer's dot, mm, if the lines were drawn on dot borders; otherwise None."""
-    made = chart.print or {}
-    dpi = made.get("dpi")
-    # Older sheets may have the form "bitmap", a picture of dots.
-    on_dots = made.get("form", "vector") != "vector" and isinstance(dpi, (int, float)) and dpi > 0
-    return Printer(int(dpi)).dot_mm if on_dots and dpi is not None else None
+    return find_printer(chart).dot_mm if (chart.print or {}).get("form") == "dots" else None
 
 
 def view_chart(

@@ -39,7 +39,7 @@ POWER_SD, SHAPE_SD, LIGHT_SD = 0.35, 0.4, 0.2
 LEAST_NOISE = 0.004
 #: Lines of other pitches may grow by other amounts than the fine ones, which are like a badge's: standard deviations of
 #: the differences, um.  Set by hand; that of the coarse ones is large, as a camera that sharpens widens or narrows
-#: lines that it resolves (`benchmarks/ink_growth.py`: with 3 um the error is 8 um in place of 4).
+#: lines that it resolves (`moireid lab bench ink-growth`: with 3 um the error is 8 um in place of 4).
 COARSE_SD_UM, FINEST_SD_UM = 15.0, 6.0
 #: A worse fit is no strip, as where a lens sheet covers it; solid ink must be this dark; the error bar this small, um.
 MOST_MISFIT, MOST_INK_LIGHT, MOST_SD_UM = 0.03, 0.6, 12.0

@@ -9,7 +9,6 @@ Source: the matching band has (1 + g_eff/D) / p_r = 1 / p_f (`optics`), with g_e
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -47,37 +46,9 @@ MAX_BEYOND_STEPS = 1.5
 MIN_COHERENCE, MAX_TWIST_DEG = 0.8, 2.5
 
 
-@dataclass(frozen=True)
-class Calibration:
-    """A lens profile and how it came about.
-
-    Attributes
-    ----------
-    profile : LensProfile
-        The sheet's pitch, mm, with its standard deviation.
-    matching_band : float
-        The number, with decimals, that an eye would read at the pictures' distance.
-    bands : int
-        Bands of the chart.
-    used : int
-        Bands that the fit rests on; 0 where a band was read by eye.
-    twist_deg : float or None
-        Between sheet and page, degrees; None where it is not seen.
-    scatter_fringes : float or None
-        Standard deviation of the bands about the fit, in fringes across a band; None where a band was read by eye.
-    """
-
-    profile: LensProfile
-    matching_band: float
-    bands: int
-    used: int = 0
-    twist_deg: float | None = None
-    scatter_fringes: float | None = None
-
-
 def lens_from_band(
     chart: Badge, band: float, *, distance_mm: float, measured_scale: float | None = None
-) -> Calibration:
+) -> LensProfile:
     """Find a lens sheet's pitch from the matching band that a person read by eye.
 
     Parameters
@@ -93,8 +64,8 @@ def lens_from_band(
 
     Returns
     -------
-    Calibration
-        The sheet's profile.
+    LensProfile
+        Of the sheet; `found` says how it came about.
 
     Raises
     ------
@@ -117,7 +88,7 @@ def lens_from_band(
     step = float(np.abs(np.diff(printed)).mean())
     sd = pitch_mm * math.hypot(EYE_SD_STEPS * step / frequency, EYE_DISTANCE_SD * gap_mm / distance_mm)
     found = {"how": "a band read by eye", "band": band, "distance_mm": distance_mm}
-    return Calibration(_profile(chart, pitch_mm, sd, found, measured_scale), band, len(printed))
+    return _profile(chart, pitch_mm, sd, found, measured_scale)
 
 
 def lens_from_views(
@@ -127,7 +98,7 @@ def lens_from_views(
     distance_sd_share: float,
     distance_from: str = "",
     measured_scale: float | None = None,
-) -> Calibration:
+) -> LensProfile:
     """Find a lens sheet's pitch from pictures of the chart.
 
     Parameters
@@ -145,8 +116,8 @@ def lens_from_views(
 
     Returns
     -------
-    Calibration
-        The sheet's profile.
+    LensProfile
+        Of the sheet; `found` says how it came about.
 
     Raises
     ------
@@ -187,12 +158,13 @@ def lens_from_views(
         "distance_mm": round(distance_mm, 1),
         "distance_sd_share": distance_sd_share,
         "distance_from": distance_from,
+        "matching_band": round(float(band), 3),
+        "bands": len(printed),
         "bands_used": used,
         "twist_deg": round(twist_deg, 3),
         "scatter_fringes": round(scatter, 4),
     }
-    profile = _profile(chart, pitch_mm, share * pitch_mm, found, measured_scale)
-    return Calibration(profile, float(band), len(printed), used, twist_deg, scatter)
+    return _profile(chart, pitch_mm, share * pitch_mm, found, measured_scale)
 
 
 def _one_lens(readings: list[BandReading], chart: Badge) -> tuple[float, float, float, int, float]:

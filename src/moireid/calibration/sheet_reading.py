@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 from moireid.badge import Badge
 from moireid.calibration.chart_reading import ChartView, check_chart, view_chart
 from moireid.calibration.ink_reading import InkGrowth, ink_growth
-from moireid.calibration.lens_fit import Calibration, lens_from_views
+from moireid.calibration.lens_fit import lens_from_views
 from moireid.calibration.still import is_film, load_pictures
 from moireid.calibration.thickness import Thickness, thickness_from_film, with_thickness
 from moireid.errors import MediaError
 from moireid.files import AnyPath, as_path
-from moireid.profiles import PrinterProfile, find_printer
+from moireid.profiles import LensProfile, PrinterProfile, find_printer
 from moireid.verifier.measuring import FOCAL_PRIOR_RATIO
 from moireid.verifier.video import Progress
 
@@ -30,8 +30,8 @@ class SheetReading:
 
     Attributes
     ----------
-    calibration : Calibration
-        The sheet's profile, with its thickness where a film shows it.
+    profile : LensProfile
+        Of the sheet, with its thickness where a film shows it.
     ink : InkGrowth
         By how much the printer widens lines.
     thickness : Thickness or None
@@ -40,7 +40,7 @@ class SheetReading:
         Where the camera's distance comes from, a key of `DISTANCE_SD`.
     """
 
-    calibration: Calibration
+    profile: LensProfile
     ink: InkGrowth
     thickness: Thickness | None
     distance_from: str
@@ -85,7 +85,7 @@ def read_sheet(
     source = next((name for name, value in known.items() if value), "a usual phone")
     focal = focal_px or noted_px or FOCAL_PRIOR_RATIO * max(pictures[0].shape)
     seen = _views(pictures, chart, focal, 1000 * distance_m if distance_m else None)
-    made = lens_from_views(
+    profile = lens_from_views(
         [view for _, view in seen],
         chart,
         distance_sd_share=DISTANCE_SD[source],
@@ -94,9 +94,9 @@ def read_sheet(
     )
     ink = ink_growth([(picture, view.page) for picture, view in seen if view.page is not None], chart)
     if not is_film(path):
-        return SheetReading(made, ink, None, source)
+        return SheetReading(profile, ink, None, source)
     thickness = thickness_from_film(path, chart, focal_px=focal_px, progress=progress)
-    return SheetReading(replace(made, profile=with_thickness(made.profile, thickness)), ink, thickness, source)
+    return SheetReading(with_thickness(profile, thickness), ink, thickness, source)
 
 
 def _views(

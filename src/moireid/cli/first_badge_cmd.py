@@ -14,7 +14,6 @@ from moireid.cli.common import (
     INCONCLUSIVE,
     FiniteRange,
     FolderPath,
-    counted,
     echo,
     echo_lines,
     friendly,
@@ -63,10 +62,6 @@ MEDIA = click.Path(path_type=Path, dir_okay=False)
     help="Of the photo of the pitch test, in metres.",
 )
 @click.option("--focal-px", type=FiniteRange(0, 100_000), metavar="PX", help="Focal length of that photo, if known.")
-@click.option("--sheet-photo", type=MEDIA, help="The photo of the pitch test, if it is not in the folder.")
-@click.option("--sheet-film", type=MEDIA, help="A film of the pitch test, moved sideways.")
-@click.option("--camera-film", type=MEDIA, help="The film of the camera chart.")
-@click.option("--badge-film", "badge_films", type=MEDIA, multiple=True, help="A film of the badge; give two.")
 @click.option("--record", type=MEDIA, help="Write the films as a capture record to share: signals and fringes (.json).")
 @click.option("--with-badge", is_flag=True, help="With --record: also badge.json, which has name and identity.")
 @click.option("--note", default="", metavar="TEXT", help="With --record: your words, such as where the sheet is from.")
@@ -76,10 +71,6 @@ MEDIA = click.Path(path_type=Path, dir_okay=False)
 @friendly
 def first_badge_command(
     folder: Path,
-    sheet_photo: Path | None,
-    sheet_film: Path | None,
-    camera_film: Path | None,
-    badge_films: tuple[Path, ...],
     record: Path | None,
     with_badge: bool,
     note: str,
@@ -110,13 +101,12 @@ def first_badge_command(
     from moireid.bringup.sealed_steps import do_sealed
     from moireid.files import planned, write_text
 
-    files = _named(sheet_photo, sheet_film, camera_film, badge_films)
     _check_record(record, with_badge=with_badge, note=note)
     if record is not None:
         own = [folder / name for name in (STATE, BADGE_JSON, *OWN_FILES)]
-        planned([record], overwrite=overwrite, make_folders=False, kept=[*files.values(), *own])
+        planned([record], overwrite=overwrite, make_folders=False, kept=own)
     do = partial(do_sealed, readers=partial(_readers, unsealed=unsealed))
-    made = advance(open_folder(folder, _read(wished), files), watch=progress_bar, do=do)
+    made = advance(open_folder(folder, _read(wished)), watch=progress_bar, do=do)
     page = made.folder.at(PAGE)
     write_text(page, render_progress(made))
     if record is not None:
@@ -140,16 +130,6 @@ def _check_record(record: Path | None, *, with_badge: bool, note: str) -> None:
         raise SpecError(f"--record {record} must end in .json, as a capture record is one JSON file")
     if len(note) > NOTE_CHARACTERS:
         raise SpecError(f"--note has {len(note)} characters, at most {NOTE_CHARACTERS} fit; shorten it")
-
-
-def _named(photo: Path | None, sheet: Path | None, camera: Path | None, badge: tuple[Path, ...]) -> dict[str, Path]:
-    """The files that were given, by their well-known names."""
-    from moireid.bringup.build_folder import BADGE_FILMS, CAMERA_FILM, SHEET_FILM, SHEET_PHOTO
-
-    if badge and len(badge) != len(BADGE_FILMS):
-        raise SpecError(f"--badge-film is given {counted(len(badge), 'time')}, and two films are read; give both")
-    named = {SHEET_PHOTO: photo, SHEET_FILM: sheet, CAMERA_FILM: camera} | dict(zip(BADGE_FILMS, badge, strict=False))
-    return {name: path for name, path in named.items() if path is not None}
 
 
 def _read(wished: dict[str, Any]) -> dict[str, Any]:

@@ -29,8 +29,8 @@ from moireid.errors import SpecError
 
 if TYPE_CHECKING:
     from moireid.calibration.ink_reading import InkGrowth
-    from moireid.calibration.lens_fit import Calibration
     from moireid.calibration.sheet_reading import SheetReading
+    from moireid.profiles import LensProfile
 
 
 @click.command("pitch-test")
@@ -233,12 +233,12 @@ def calibrate_command(
         order = SheetOrder(photo, chart, distance, focal_px, scale)
         with sealed_reader([photo], unsealed=unsealed) as reader, progress_bar("reading the pitch test") as progress:
             found = film_read(order, SheetReading, reader, progress)
-        made, ink = found.calibration, found.ink
+        made, ink = found.profile, found.ink
         _say_notes(found)
     planned(outs, overwrite=overwrite, kept=[chart_json, photo])
     if printer_out is not None and ink is not None:
         save_printer_profile(printer_profile(chart, ink, scales), printer_out)
-    save_lens_profile(made.profile, out)
+    save_lens_profile(made, out)
     _show(made, ink, out, as_json=as_json)
 
 
@@ -277,7 +277,7 @@ def _camera(film: Path | None, out: Path, paper: str, *, unsealed: bool, overwri
 
 def _say_notes(found: SheetReading) -> None:
     """Say on stderr what the pictures do not show."""
-    profile = found.calibration.profile
+    profile = found.profile
     if found.thickness is not None and found.thickness.mm is None:
         why = found.thickness.why
         say(f"note: the film does not show how thick the sheet is, so the thickness on its label is used: {why}")
@@ -290,12 +290,11 @@ def _say_notes(found: SheetReading) -> None:
         say(f"note: the printer's ink growth is not measured: {found.ink.why}")
 
 
-def _show(made: Calibration, ink: InkGrowth | None, out: Path, *, as_json: bool) -> None:
+def _show(profile: LensProfile, ink: InkGrowth | None, out: Path, *, as_json: bool) -> None:
     """Print the result."""
     from moireid.sheets import MM_PER_INCH
 
-    profile = made.profile
-    pitch_mm, sd_mm = profile.lens.pitch_mm, profile.pitch_sd_mm
+    pitch_mm, sd_mm, found = profile.lens.pitch_mm, profile.pitch_sd_mm, profile.found
     if as_json:
         show_json(
             {
@@ -305,30 +304,24 @@ def _show(made: Calibration, ink: InkGrowth | None, out: Path, *, as_json: bool)
                 "pitch_sd_mm": sd_mm,
                 "lines_per_inch": MM_PER_INCH / pitch_mm,
                 "thickness_mm": profile.lens.thickness_mm,
-                "thickness_sd_mm": profile.found.get("thickness_sd_mm"),
-                "matching_band": made.matching_band,
-                "bands": made.bands,
-                "bands_used": made.used,
-                "twist_deg": made.twist_deg,
                 "ink_growth_um": ink.um if ink else None,
                 "ink_growth_sd_um": ink.sd_um if ink and ink.um is not None else None,
-                "scatter_fringes": made.scatter_fringes,
-                "unit": profile.found["unit"],
-                "from": profile.found,
+                "from": found,
             }
         )
         return
     echo(f"{out}: pitch {pitch_mm:.5f} mm, sd {sd_mm:.5f} mm; {profile.name}")
-    if "thickness_sd_mm" in profile.found:
-        thick_mm, thick_sd_mm = profile.lens.thickness_mm, profile.found["thickness_sd_mm"]
+    if "thickness_sd_mm" in found:
+        thick_mm, thick_sd_mm = profile.lens.thickness_mm, found["thickness_sd_mm"]
         echo(f"  {thick_mm:.3f} mm thick, sd {thick_sd_mm:.3f} mm, from the fringes' motion")
-    if made.used:
-        echo(f"  {made.used} of {made.bands} bands read; the match is at band {made.matching_band:.2f}")
-        if made.twist_deg is not None:
-            echo(f"  the sheet was rotated by {abs(made.twist_deg):.2f} degrees, which is corrected")
+    if "bands_used" in found:
+        echo(
+            f"  {found['bands_used']} of {found['bands']} bands read; the match is at band {found['matching_band']:.2f}"
+        )
+        echo(f"  the sheet was rotated by {abs(found['twist_deg']):.2f} degrees, which is corrected")
     if ink is not None and ink.um is not None:
         echo(f"  the printer widens lines by {ink.um:.0f} um, sd {ink.sd_um:.0f} um")
-    if profile.found["unit"] == "printed page":
+    if found["unit"] == "printed page":
         echo(
             "  this is in mm of the printed page: right for badges from the same printer at the same scale; for "
             "true mm, measure the scale bars and give --measured-scale"

@@ -44,6 +44,15 @@ QUORUM_OPTIONS = (
         help="So old a signature of a witness may be: so long a revocation could be kept from you.",
     ),
 )
+
+
+def quorum_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Give a command the options by which witnesses are named."""
+    for option in reversed(QUORUM_OPTIONS):
+        command = option(command)
+    return command
+
+
 checkpoint_option = click.option(
     "--checkpoint",
     metavar="FILE|URL",
@@ -125,6 +134,4 @@ def witness_check(command: Callable[..., Any]) -> Callable[..., Any]:
             raise SpecError("a bundle holds its own checkpoint; leave one of --bundle and --checkpoint out")
         return command(*args, witness_check=WitnessCheck(checkpoint, quorum), **given)
 
-    for option in reversed((checkpoint_option, *QUORUM_OPTIONS)):
-        wrapped = option(wrapped)
-    return wrapped
+    return checkpoint_option(quorum_options(wrapped))

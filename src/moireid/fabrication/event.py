@@ -30,7 +30,7 @@ from moireid.fabrication.assembly.guide import DrawnMounts
 from moireid.fabrication.mount_parts import Parts, plan_parts, shape_parts, write_parts
 from moireid.fabrication.package import file_names, leftover_parts, made_aside, write_sheets
 from moireid.fabrication.page.canvas import PdfPage
-from moireid.fabrication.page.dress import writer_of
+from moireid.fabrication.page.marks import marks
 from moireid.fabrication.page.pdf import CROP_GAP_MM, draw_board, draw_mask, draw_scale_bars
 from moireid.fabrication.process_figures import MountFigures
 from moireid.files import AnyPath, as_path, whole_file, write_text
@@ -157,8 +157,7 @@ def write_sheets_pdf(
             if number and number % len(places) == 0:
                 sheet.canvas.showPage()
             sheet.origin_mm = (place[0] - badge.outline_mm[0], place[1] - badge.outline_mm[1])
-            write_words = writer_of(badge, looks[number] if looks else None)
-            draw_board(sheet, badge, form, dot_mm, block, write_words, MARK_MM)
+            draw_board(sheet, badge, form, dot_mm, block, marks(badge, looks[number] if looks else None), MARK_MM)
             if number % len(places) == 0:
                 sheet.origin_mm = (0.0, 0.0)
                 draw_scale_bars(sheet, block)

@@ -25,7 +25,6 @@ from moireid.fabrication.mount_parts import (
     shape_parts,
     write_parts,
 )
-from moireid.fabrication.page.dress import writer_of
 from moireid.fabrication.page.pdf import write_badge_pdf
 from moireid.fabrication.page.preview import write_preview, write_worn
 from moireid.fabrication.process_figures import MountFigures
@@ -197,7 +196,7 @@ def write_sheets(
     Returns: the board as it was drawn.
     """
     say("badge.pdf")
-    write_badge_pdf(badge, folder / "badge.pdf", measured_scale=measured_scale, write_words=writer_of(badge, look))
+    write_badge_pdf(badge, folder / "badge.pdf", measured_scale=measured_scale, look=look)
     say("preview.png")
     preview = write_preview(badge, folder / "preview.png", look)
     say(MOVING)

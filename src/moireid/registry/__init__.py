@@ -14,7 +14,6 @@ seen.py         which authority and which head this user saw last
 rollback.py     a log compared with what was seen of it: rolled back, forked, or under another key
 ledger.py       transactions: those that read compare the head with what was seen; those that write, one after the
                 other, write table and log together, and remember the head
-erased.py       ids whose holders were erased
 claims.py       from a claim (a name or an id) to the one record that it means
 look_alikes.py  names that look alike
 claimed.py      the badge that a claim means; who holds a badge; whom identification may find

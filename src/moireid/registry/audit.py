@@ -38,7 +38,6 @@ from moireid.errors import RegistryError
 from moireid.registry.audit_findings import Audit, Tally
 from moireid.registry.checkpoints.checkpoint import Checkpoint
 from moireid.registry.checkpoints.cosignature import Quorum
-from moireid.registry.checkpoints.watch import Watch
 from moireid.registry.engine import AnyRow, AnySelect
 from moireid.registry.keys import Authority, commitment
 from moireid.registry.ledger import Ledger
@@ -85,16 +84,26 @@ def audit(
         check_tables(connection, ledger.shown)
     refused, ledger = _refused(ledger), ledger.unchecked()
     former = _former(ledger)
-    watch = Watch(since, ledger.authority, former)
+    keys = {one.fingerprint: one for one in (*former, ledger.authority)}
+    kept = [one for one in since if one.fingerprint in keys]
+    for one in kept:
+        one.check(keys[one.fingerprint], f"of {one.date}")
     expected = None if expected_head is None else Head.parse(expected_head)
     counts = (select(func.count()).select_from(table).scalar_subquery() for table in (badges, log))
     tally = Tally(progress, sum(ledger.rows(select(*counts))[0]))
     if refused is not None:
         tally.report(str(refused["code"]), str(refused["finding"]))
     witnessed = None if quorum is None else _audit_witnesses(since, quorum, tally)
-    head = _audit_log(ledger, expected, watch, tally, former[0] if former else ledger.authority)
-    for fault, entry in watch.findings(head, tally.counts["entries"]):
-        tally.report(fault.code, fault.text, entry)
+    for one in since:
+        if one not in kept:
+            text = (
+                f"the registry is signed by authority {ledger.authority.fingerprint}, and the checkpoint of {one.date} "
+                f"by {one.fingerprint}: its key was replaced"
+            )
+            tally.report("key_replaced", text)
+    roots = dict.fromkeys([one.size for one in kept] + ([expected.seq] if expected else []), "")
+    head = _audit_log(ledger, roots, tally, former[0] if former else ledger.authority)
+    _audit_kept(kept, expected, roots, head, tally)
     who = _audit_actors(ledger, tally)
     _audit_records(ledger, tally)
     return Audit(
@@ -136,17 +145,46 @@ def _audit_witnesses(since: Sequence[Checkpoint], quorum: Quorum, tally: Tally) 
     return None
 
 
-def _audit_log(ledger: Ledger, expected: Head | None, watch: Watch, tally: Tally, then: Authority) -> Head | None:
+def _audit_kept(
+    kept: Sequence[Checkpoint], expected: Head | None, roots: Mapping[int, str], head: Head | None, tally: Tally
+) -> None:
+    """Compare the log with what was kept of it elsewhere: checkpoints, and a head; roots: over so many entries."""
+    size = tally.counts["entries"]
+    for one in kept:
+        noted = f"the log ends at entry {size}, and the checkpoint of {one.date} names {one.size} entries"
+        if one.size <= size and roots[one.size] != one.root.hex():
+            text = (
+                f"the log's first {one.size} entries are not those of the checkpoint of {one.date}: it was forked, and "
+                "something was written in the place of what had been signed"
+            )
+            tally.report("forked", text, one.size)
+        elif one.size > size and head is None:
+            tally.report("log_cut", f"{noted}: its end was cut off", one.size)
+        elif one.size > size:
+            tally.report("rolled_back", f"{noted}: the registry was rolled back to an earlier state", one.size)
+    if expected is None:
+        return
+    if expected.seq > size:
+        text = f"the log ends at entry {size}, but entry {expected.seq} was noted elsewhere: it was rolled back"
+        tally.report("rolled_back", text, expected.seq)
+    elif roots[expected.seq] != expected.hash:
+        text = f"the log's first {expected.seq} entries are not those that were noted elsewhere"
+        tally.report("head_expected", text, expected.seq)
+
+
+def _audit_log(ledger: Ledger, roots: dict[int, str], tally: Tally, then: Authority) -> Head | None:
     """Check the log from its first entry on, under whose key it begins: `then`.
 
+    Parameters: roots: by the numbers of entries over which they are asked for; they are put in.
     Returns: the head, or None if the head is not valid.
     """
-    last, tree, wrong, passed = 0, Tree(), set[Place](), expected is None
+    last, tree, wrong = 0, Tree(), set[Place]()
     for rows in _pages(ledger, tally):
         made = dict[Place, bytes]()
         for row in rows:
             made |= tree.add(leaf_of(row.hash))
-            watch.entry(tree)
+            if tree.size in roots:
+                roots[tree.size] = tree.root().hex()
             try:
                 check_entry(row, last, then)
                 then = authority_after(row, then)
@@ -160,21 +198,9 @@ def _audit_log(ledger: Ledger, expected: Head | None, watch: Watch, tally: Tally
                 tally.report(
                     "record_missing", f"log entry {row.seq} enters id {row.subject}, but it has no record", row.subject
                 )
-            if expected is not None and row.seq == expected.seq:
-                passed = True
-                if expected.hash != tree.root().hex():
-                    text = f"the log's first {row.seq} entries are not those that were noted elsewhere"
-                    tally.report("head_expected", text, row.seq)
         # After a gap, which is reported, no node is at its place.
         if last == tree.size and made:
             _check_nodes(ledger, made, wrong, tally)
-    if expected is not None and not passed:
-        tally.report(
-            "rolled_back",
-            f"the log ends at entry {last}, but entry {expected.seq} was noted elsewhere: an earlier state was put "
-            "back",
-            expected.seq,
-        )
     if then.public_hex != ledger.authority.public_hex:
         tally.report("rotation", f"the log ends under authority {then.fingerprint}, which is not the registry's")
     with ledger.snapshot() as connection:

@@ -21,6 +21,7 @@ from moireid.registry import schema
 from moireid.registry.engine import (
     AnyRow,
     AnySelect,
+    chunks,
     connect,
     show_url,
     snapshot,
@@ -28,9 +29,9 @@ from moireid.registry.engine import (
     translated,
     writing,
 )
-from moireid.registry.erased import erased_among, erased_id
 from moireid.registry.keys import Authority, Signs, actor_row, new_salt
 from moireid.registry.log import (
+    ERASE,
     NO_RECORD,
     ROTATED,
     Head,
@@ -83,7 +84,7 @@ class Ledger:
         self.trust: str | None = None
         #: Whether it is compared with what was seen before, and whether its state could be remembered.
         self.checked, self.remembered = True, True
-        #: The head that witnesses have seen, if a reader asks for that (`checkpoints/coverage.py`); else None.
+        #: The head that witnesses have seen, if a reader asks for that (`Registry.require_witnesses`); else None.
         self.witnessed: Head | None = None
         self._signer: Signs | None = None
         self._authority: Authority | None = None
@@ -203,6 +204,11 @@ class Ledger:
         with self.reported():
             return linked([rotation_of(dict(row._mapping)) for row in rows], self.authority)
 
+    def keys(self, connection: Connection) -> dict[str, Authority]:
+        """The authority's keys, present and former, by fingerprint.  Raises: RegistryError as `rotations`."""
+        former = [one.old for one in self.rotations(connection)]
+        return {one.fingerprint: one for one in (*former, self.authority)}
+
     @contextmanager
     def snapshot(self) -> Iterator[Connection]:
         """A connection that sees one state of the registry, whatever is written meanwhile.
@@ -215,6 +221,30 @@ class Ledger:
             if compares:
                 self._compared(connection, memory)
             yield connection
+
+    def check_newest(self, record: Record) -> None:
+        """Check the log from the record's newest entry to its signed head.
+
+        Reading a record compares it with its newest entry among those that are present.  An attacker who can write to
+        the database could put back a record from before its revocation, and change the revocation's entry, or take it
+        out.  No proof of inclusion shows that, as the older entry is in the tree too.
+        Raises: RegistryError if an entry on the way was changed or taken out, or is about another version of the
+            record; or if witnesses must have seen it, and it is later than they have.  What bars a badge counts unseen.
+        Source: the root over all entries is signed; so no signature on the way counts.  100,000 entries take about a
+            second.
+        """
+        with self.snapshot() as connection:
+            tree = self.tree_in(connection)
+            newest = tree.newest_entry(record.id, record.digest())
+            seen = self.witnessed
+            if seen is not None and tree.consistency(seen.seq, bytes.fromhex(seen.hash)) is None:
+                raise Fault("forked", f"the log's first {seen.seq} entries are not those that witnesses have seen")
+        if seen is not None and newest > seen.seq and record.barred() is None:
+            raise RegistryError(
+                f"the record of badge {record.id} is of log entry {newest}, and witnesses have seen {seen.seq}; "
+                "get a newer checkpoint from those who run the registry",
+                code="not_witnessed",
+            )
 
     @contextmanager
     def writing(self, actor: str, *, older: bool = False) -> Iterator[Transaction]:
@@ -363,6 +393,24 @@ class Transaction:
 def _salted(record: Record) -> Record:
     """A record gets its salt as soon as it is signed."""
     return record if record.salt is not None else replace(record, salt=new_salt())
+
+
+def erased_among(connection: Connection, ids: Sequence[str]) -> list[str]:
+    """Those of some ids whose holders were erased."""
+    found: list[str] = []
+    for some in chunks(ids):
+        query = select(schema.log.c.subject).where(schema.log.c.subject.in_(some), schema.log.c.action == ERASE)
+        found += connection.scalars(query)
+    return found
+
+
+def erased_id(badge_id: str) -> RegistryError:
+    """The error for an id that cannot be issued again."""
+    return RegistryError(
+        f"id {badge_id} was that of a badge whose holder was erased, and is never issued again; print another badge",
+        code="erased",
+        id=badge_id,
+    )
 
 
 def select_rotations() -> AnySelect:

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from datetime import datetime
 from pathlib import Path
 
 from moireid.badge import Badge
+from moireid.errors import RegistryError
 from moireid.provenance import Standing
-from moireid.registry.bundle.publish import Progress, PublishResult, publish
-from moireid.registry.checkpoints.checkpoint import ORIGIN, Checkpoint, signed_state
+from moireid.registry.bundle.bundle_file import Header
+from moireid.registry.bundle.publish import Progress, publish
+from moireid.registry.checkpoints.checkpoint import ORIGIN, Checkpoint, sign_checkpoint
 from moireid.registry.checkpoints.cosignature import Quorum
-from moireid.registry.checkpoints.coverage import WitnessedPart, witnessed_part
-from moireid.registry.checkpoints.newest import check_newest
 from moireid.registry.checkpoints.note import authority_key
 from moireid.registry.checkpoints.proof import proof_of
 from moireid.registry.keys import as_fingerprint
+from moireid.registry.log import Head
 from moireid.registry.queries import RegistryQueries
 from moireid.registry.record import Record
 
@@ -69,7 +71,7 @@ class PublicView(RegistryQueries):
         RegistryError
             If the log was changed since that version was entered: the badge may have been revoked.
         """
-        check_newest(self._ledger, record)
+        self._ledger.check_newest(record)
 
     def prove(self, record: Record) -> str:
         """Prove to a person without the registry that a record's newest version is in the log.
@@ -110,9 +112,21 @@ class PublicView(RegistryQueries):
             If the registry was put back to an earlier state, or does not begin as an older checkpoint says: a log
             signs nothing that contradicts what it signed before.
         """
-        return signed_state(self._ledger, older)
+        ledger, proofs = self._ledger, []
+        signer = ledger.signer()
+        with ledger.snapshot() as connection:
+            tree, keys = ledger.tree_in(connection), ledger.keys(connection)
+            for one in older:
+                one.check(keys.get(one.fingerprint, ledger.authority), f"of {one.date}")
+                if (proof := tree.consistency(one.size, one.root)) is None:
+                    raise RegistryError(
+                        f"{ledger.called} does not begin as its checkpoint of {one.date} says, so nothing is signed; "
+                        "look with `moireid registry audit --since`"
+                    )
+                proofs.append((one.size, proof))
+            return sign_checkpoint(tree, signer), proofs
 
-    def require_witnesses(self, checkpoint: Checkpoint, quorum: Quorum, source: str = "") -> WitnessedPart:
+    def require_witnesses(self, checkpoint: Checkpoint, quorum: Quorum, source: str = "") -> dict[str, datetime]:
         """From now on rely only on badges that witnesses have seen, in this registry as it is open.
 
         Parameters
@@ -126,8 +140,8 @@ class PublicView(RegistryQueries):
 
         Returns
         -------
-        WitnessedPart
-            How many entries they have seen, who signed, and when.
+        dict of str to datetime
+            Which of them signed it, and when, the newest first.
 
         Raises
         ------
@@ -135,8 +149,38 @@ class PublicView(RegistryQueries):
             If the checkpoint is another registry's, too few witnesses signed it, or the log does not begin as it says;
             `error.details["code"]` says which.  From then on, `check_newest` raises it, with code "not_witnessed", for
             a badge that counts and whose newest entry is later than the checkpoint.
+
+        Notes
+        -----
+        What the log holds after the checkpoint may be shown to one reader alone, so no record is relied on whose newest
+        entry is later.  How long a state from before a revocation can be shown is limited by `Quorum.days`.
         """
-        return witnessed_part(self._ledger, checkpoint, quorum, source or f"of {checkpoint.date}")
+        ledger, source = self._ledger, source or f"of {checkpoint.date}"
+        with ledger.snapshot() as connection:
+            keys = ledger.keys(connection)
+            if checkpoint.fingerprint not in keys:
+                raise RegistryError(
+                    f"checkpoint {source} is of authority {checkpoint.fingerprint}, and {ledger.called} of "
+                    f"{ledger.authority.fingerprint}; get the registry's own one",
+                    code="key_replaced",
+                )
+            checkpoint.check(keys[checkpoint.fingerprint], source)
+            signers, tree = quorum.signers(checkpoint.note, source), ledger.tree_in(connection)
+            goes_on = tree.consistency(checkpoint.size, checkpoint.root) is not None
+        if tree.size < checkpoint.size:
+            raise RegistryError(
+                f"{ledger.called} has {tree.size} log entries, and witnesses have seen {checkpoint.size}: it was "
+                "rolled back to an earlier state; get its newest copy from those who run it",
+                code="rolled_back",
+            )
+        if not goes_on:
+            raise RegistryError(
+                f"{ledger.called} does not begin with the {checkpoint.size} log entries that witnesses have seen: it "
+                "was forked; ask those who run it, and look with `moireid registry audit --since`",
+                code="forked",
+            )
+        ledger.witnessed = Head(checkpoint.size, checkpoint.root.hex())
+        return signers
 
     def publish(
         self,
@@ -147,7 +191,7 @@ class PublicView(RegistryQueries):
         overwrite: bool = False,
         progress: Progress | None = None,
         checkpoint: Checkpoint | None = None,
-    ) -> PublishResult:
+    ) -> Header:
         """Write a trust bundle, whole or not at all.
 
         Parameters
@@ -168,8 +212,8 @@ class PublicView(RegistryQueries):
 
         Returns
         -------
-        PublishResult
-            How many people it holds, and until when it counts.
+        Header
+            How many people it holds, of which head, and until when it counts.
 
         Raises
         ------

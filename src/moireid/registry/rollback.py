@@ -103,11 +103,10 @@ def compared(log: LogState, memory: Memory, trust: str | None) -> list[str]:
 
 def _is_known(log: LogState, memory: Memory, keys: Sequence[str]) -> bool:
     """Whether all that is to be remembered of a log is in the memory."""
-    after = {key: one.fingerprint for key, one in memory.successors.items()}
     return (
         memory.authority == keys[0]
         and all(memory.heads.get(key) == log.head for key in keys)
-        and all(after.get(one.old.fingerprint) == one.new.fingerprint for one in log.turned)
+        and all(memory.successors.get(one.old.fingerprint) == one.new.fingerprint for one in log.turned)
     )
 
 
@@ -172,22 +171,21 @@ def check_successors(log: LogState, memory: Memory, *, named: bool) -> None:
     if after is not None:
         raise log.refusal(
             "key_given_up",
-            f"is signed by authority {fingerprint}, whose key was given up for {after.fingerprint} by log entry "
-            f"{after.seq}, as was seen before",
+            f"is signed by authority {fingerprint}, whose key was given up for {after}, as was seen before",
             "get its newest copy from those who run it (if they say that this change was not theirs, `moireid registry "
             f"forget {fingerprint}` accepts the key again)",
             fingerprint=fingerprint,
-            successor=after.fingerprint,
+            successor=after,
         )
     for one in () if named else log.turned:
         after = memory.successors.get(one.old.fingerprint)
-        if after is not None and after.fingerprint != one.new.fingerprint:
+        if after is not None and after != one.new.fingerprint:
             raise log.refusal(
                 "two_successors",
                 f"gives up key {one.old.fingerprint} for {one.new.fingerprint}, and it was seen before to be given up "
-                f"for {after.fingerprint}: one of the two changes is a thief's",
+                f"for {after}: one of the two changes is a thief's",
                 f"ask those who run it for their fingerprint, and if it is {fingerprint}, add --trust {fingerprint} to "
                 "`moireid verify`",
                 fingerprint=fingerprint,
-                successor=after.fingerprint,
+                successor=after,
             )

@@ -6,42 +6,20 @@ The log's entries stay as they are, because checkpoints cover them.  The old key
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 from sqlalchemy import bindparam, select, update
 
 from moireid.registry import schema
-from moireid.registry.engine import AnyRow
+from moireid.registry.engine import chunks
 from moireid.registry.keys import RECORD, Signs
 from moireid.registry.ledger import Ledger, Transaction
 from moireid.registry.log import rotation_row
 from moireid.registry.signing.client import make_key
 
-CHUNK = 1000
 Progress = Callable[[int, int | None], None]
 
 
-@dataclass(frozen=True)
-class KeyRotation:
-    """A change of key.
-
-    Attributes
-    ----------
-    old, new : str
-        Fingerprints, 32 hex digits.
-    records : int
-        Records that were signed anew.
-    head : str
-        The log's head, SEQUENCE:HASH.
-    """
-
-    old: str
-    new: str
-    records: int
-    head: str
-
-
-def rotate(ledger: Ledger, actor: str, progress: Progress | None) -> KeyRotation:
+def rotate(ledger: Ledger, actor: str, progress: Progress | None) -> int:
     """What `Registry.rotate_key` does."""
     old = ledger.signer()
     # The new key is on the disk before the registry says that it is the authority's.
@@ -50,7 +28,7 @@ def rotate(ledger: Ledger, actor: str, progress: Progress | None) -> KeyRotation
         with ledger.writing(actor) as transaction:
             count = _signed_anew(transaction, new, progress)
             row = rotation_row(old, new, transaction.growing().size, transaction.committed())
-            head = transaction.append([row], new, public_key=new.authority.public_hex)
+            transaction.append([row], new, public_key=new.authority.public_hex)
             transaction.successor = new.authority.public_hex
     except BaseException:
         # A key that the registry did not take is removed; if that is not known, it stays.
@@ -59,27 +37,18 @@ def rotate(ledger: Ledger, actor: str, progress: Progress | None) -> KeyRotation
             if stored != [new.authority.public_hex]:
                 path.unlink(missing_ok=True)
         raise
-    return KeyRotation(old.authority.fingerprint, new.authority.fingerprint, count, str(head))
+    return count
 
 
 def _signed_anew(transaction: Transaction, new: Signs, progress: Progress | None) -> int:
     """Sign all records with the new key, each checked by the old one first."""
     statement = update(schema.badges).where(schema.badges.c.id == bindparam("of")).values(signature=bindparam("by"))
-    done, waiting = 0, list[AnyRow]()
-
-    def write() -> None:
-        records = [transaction.ledger.record(row) for row in waiting]
-        if records:
-            signed = [{"of": record.id, "by": new.sign(RECORD, record.signed_text)} for record in records]
-            transaction.connection.execute(statement, signed)
-        waiting.clear()
-
-    for row in schema.pages(transaction.connection, schema.select_records(), schema.badges.c.id):
-        waiting.append(row)
-        done += 1
-        if len(waiting) == CHUNK:
-            write()
-            if progress:
-                progress(done, None)
-    write()
+    done = 0
+    for rows in chunks(schema.pages(transaction.connection, schema.select_records(), schema.badges.c.id)):
+        records = [transaction.ledger.record(row) for row in rows]
+        signed = [{"of": record.id, "by": new.sign(RECORD, record.signed_text)} for record in records]
+        transaction.connection.execute(statement, signed)
+        done += len(rows)
+        if progress:
+            progress(done, None)
     return done

@@ -16,7 +16,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 from moireid.errors import RegistryError
 from moireid.registry.log import Head, Rotation
@@ -31,14 +30,6 @@ CREATE TABLE IF NOT EXISTS places (place TEXT PRIMARY KEY, fingerprint TEXT NOT 
 CREATE TABLE IF NOT EXISTS heads (fingerprint TEXT PRIMARY KEY, seq INTEGER NOT NULL, hash TEXT NOT NULL);
 CREATE TABLE IF NOT EXISTS successors (fingerprint TEXT PRIMARY KEY, successor TEXT NOT NULL, seq INTEGER NOT NULL);
 """
-
-
-@dataclass(frozen=True)
-class Successor:
-    """The key that came after another: its fingerprint, and the number of the log entry that says so."""
-
-    fingerprint: str
-    seq: int
 
 
 def seen_path() -> Path | None:
@@ -58,7 +49,7 @@ class Memory:
 
     authority: str | None = None
     heads: Mapping[str, Head] = field(default_factory=dict)
-    successors: Mapping[str, Successor] = field(default_factory=dict)
+    successors: Mapping[str, str] = field(default_factory=dict)
 
 
 def recall(place: str = "") -> Memory:
@@ -69,20 +60,14 @@ def recall(place: str = "") -> Memory:
     # Not for reading alone: after a program was killed in a write, the next reader must undo what it left.  A file that
     # may not be written is opened for reading all the same.
     with _readable(), closing(sqlite3.connect(f"{path.as_uri()}?mode=rw", uri=True, timeout=WAIT_S)) as database:
-        # A program that is killed between making the file and its tables leaves it without them, and an older version
-        # of this one knew fewer.
-        tables = {name for (name,) in database.execute("SELECT name FROM sqlite_master")}
-
-        def rows(table: str, query: str, *values: str) -> list[tuple[Any, ...]]:
-            return database.execute(query, values).fetchall() if table in tables else []
-
-        at = rows("places", "SELECT fingerprint FROM places WHERE place = ?", _key(place))
-        heads = rows("heads", "SELECT fingerprint, seq, hash FROM heads")
-        after = rows("successors", "SELECT fingerprint, successor, seq FROM successors")
+        # A program that is killed between making the file and its tables leaves it without them.
+        if not database.execute("SELECT 1 FROM sqlite_master").fetchone():
+            return Memory()
+        at = database.execute("SELECT fingerprint FROM places WHERE place = ?", (_key(place),)).fetchone()
+        heads = database.execute("SELECT fingerprint, seq, hash FROM heads").fetchall()
+        after = database.execute("SELECT fingerprint, successor FROM successors").fetchall()
     return Memory(
-        str(at[0][0]) if at else None,
-        {str(who): Head(int(seq), str(digest)) for who, seq, digest in heads},
-        {str(who): Successor(str(new), int(seq)) for who, new, seq in after},
+        str(at[0]) if at else None, {str(who): Head.parse(f"{seq}:{root}") for who, seq, root in heads}, dict(after)
     )
 
 

@@ -9,14 +9,14 @@ What is added later, a revocation, a suspension or measured figures, is signed a
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence, Sized
 from pathlib import Path
 from types import TracebackType
 
 from moireid.badge import Badge
 from moireid.registry.audit import audit
 from moireid.registry.audit_findings import Audit
-from moireid.registry.batch import Batch, enroll_many, enter, same_or_conflict
+from moireid.registry.batch import Batch, enter, new_records, same_or_conflict
 from moireid.registry.canonical import utc_now
 from moireid.registry.changes import RegistryChanges, expiry_day
 from moireid.registry.checkpoints.checkpoint import Checkpoint
@@ -29,7 +29,7 @@ from moireid.registry.look_alikes import LookAlikeWarning
 from moireid.registry.merge import Import, checked_copy, merge
 from moireid.registry.public_view import PublicView
 from moireid.registry.record import Record, new_record
-from moireid.registry.rotate import KeyRotation, rotate
+from moireid.registry.rotate import rotate
 
 #: At most this many people whose names look alike are named in a warning.
 MOST_NAMED = 3
@@ -241,20 +241,25 @@ class Registry(RegistryChanges, PublicView):
         LookAlikeWarning
             As `enroll`, once all are issued; of names in the list that look like each other, too.
         """
+        last_day = None if expires is None else expiry_day(expires)
+        total = len(issued) if isinstance(issued, Sized) else None
+        enrolled = unchanged = revoked = 0
         names: list[str] = []
         try:
-            return enroll_many(
-                self._ledger,
-                issued,
-                self.actor,
-                progress,
-                lambda new: names.extend(one.name for one in new),
-                None if expires is None else expiry_day(expires),
-            )
+            for records, refusal in new_records(issued, self.shown_url, last_day):
+                new, there, conflict = enter(self._ledger, records, self.actor)
+                names += [one.name for one in new]
+                enrolled, unchanged = enrolled + len(new), unchanged + len(there)
+                revoked += sum(one.revoked_at is not None for one in there)
+                if progress:
+                    progress(enrolled + unchanged, total)
+                if fault := conflict or refusal:
+                    raise fault
         finally:
             self._warn(names, warned=warned)
+        return Batch(enrolled, unchanged, revoked)
 
-    def rotate_key(self, progress: Progress | None = None) -> KeyRotation:
+    def rotate_key(self, progress: Progress | None = None) -> int:
         """Give the authority a new key, by a log entry that the old and the new one sign.
 
         Parameters
@@ -264,8 +269,8 @@ class Registry(RegistryChanges, PublicView):
 
         Returns
         -------
-        KeyRotation
-            Both fingerprints, and the new head.
+        int
+            Records that were signed anew.
 
         Raises
         ------

@@ -3,8 +3,8 @@
 They are grouped by the question that they answer.  The comment before each says where it comes from:
 
 - *derived*: from optics, statistics or manufacturers' figures; the reason is given;
-- *ray-traced films*: films by an outside ray tracer; `benchmarks/natural_films.py` and `benchmarks/outside_films.py`
-  make such films anew, and `benchmarks/priors.py` refits `EXPECTED` and the calibration of the score;
+- *ray-traced films*: films by an outside ray tracer; `moireid lab bench natural-outside` and `outside` make
+  such films anew, and `moireid lab bench priors` refits `EXPECTED` and the calibration of the score;
 - *set by hand*: by judgement alone.
 
 Each name ends with its unit: `_SHARE` and `_RATIO` are pure numbers, `_SDS` counts standard deviations, `_LOG10` is a
@@ -46,7 +46,7 @@ MOST_ZOOM = 2.0
 REST_RAD = 0.05
 #: At most this share of the frames may be left out as outliers, as it is unknown what they show.  Set by hand.
 MAX_STRAY_SHARE = 0.05
-#: With markers below the first figure both may still be too small: in most of 24 films of `benchmarks/small_pages.py`
+#: With markers below the first figure both may still be too small: in most of 24 films of `lab bench small-pages`
 #: by 1.4 at most, in two by 2.1 and 2.6.  Motion that would not be enough with errors larger by the second figure
 #: proves nothing against a film; and an unlikely film is rejected only if it is so with errors larger by the third.
 DOUBTED_MARKER_PX, SMALL_MARKER_DOUBT_RATIO, SMALL_MARKER_WORST_RATIO = 24.0, 1.6, 2.6
@@ -177,7 +177,7 @@ class GenuineStatistics:
     motion_share: float = LAW_MOTION_SHARE
 
 
-#: Means and standard deviations of honest films.  `benchmarks/priors.py` prints -1.09 and 0.37 for the wander of
+#: Means and standard deviations of honest films.  `moireid lab bench priors` prints -1.09 and 0.37 for the wander of
 #: natural films; 188 films of `bench reality` give -0.5 and 0.35, and these are used.  None is below 0.35, set by hand:
 #: cameras and sheets vary more than in one collection.  Strips share the pose, so its error does not enter their
 #: figures, nor those of places.  In faint print, strips deviate by half of their error bars and more on
@@ -232,7 +232,7 @@ REJECTED_LOG10 = 3.0
 #: What a picture that was zoomed, reframed or mixed may leave of the motion, as a share.  Derived: a zoom by up to two
 #: that goes with the motion leaves a correlation of 0.95 (Cauchy and Schwarz), which is a residual of a third.
 CAMERA_MOTION_SHARE = 0.33
-#: Calibration of scores (`decision.figures`), by `benchmarks/priors.py`; the cap is the logarithm of the number of
+#: Calibration of scores (`decision.figures`), by `moireid lab bench priors`; the cap is the logarithm of the number of
 #: films in that set.
 CALIBRATION_SLOPE, CALIBRATION_OFFSET_LOG10, CALIBRATION_CAP_LOG10 = 0.28, -2.35, 2.5
 #: A forgery gets this share of the film's own residual, in blocks of so many seconds, and looks like the film if its

@@ -70,14 +70,14 @@ PRINT_ASPECT_PRIOR_SD_LOG, PRINT_ASPECT_MAX_LOG = 0.002, 0.02
 #: metre, the poses' two solutions can no longer be distinguished, and a twist at it is no solution.
 TWIST_PRIOR_SD_PER_M, TWIST_MAX_PER_M, TWIST_AT_LIMIT_SHARE = 0.3, 1.0, 0.97
 #: Prior of the radial distortion (`camera.distortion`: a and b, in units of the usual focal length), and its bounds.
-#: a is calibrated on 987 lenses of phones (`benchmarks/lens_profiles.py --fit`): 90 % are between -0.03 and 0.06.
+#: a is calibrated on 987 lenses of phones (gyroflow's table of lenses): 90 % are between -0.03 and 0.06.
 #: b is between -0.4 and 0.4 in 90 %, whose quartiles ask for 0.12; 0.05 is set by hand, as the tails of Student's t
 #: reach that far too.  With 0.12, 5 of 200 real lenses (with 0.05: 6) give gains beyond three error bars, but 1 of 198
 #: true films of `bench reality` was rejected (with 0.05: 0).  Webcams and action cameras reach an a of -0.3.  What is
 #: not estimated makes the fringes' gain wrong: a of 0.1 by 9 %.
 DISTORTION_PRIOR_SD, DISTORTION_MAX = (0.02, 0.05), (0.5, 1.0)
 #: Error of the spread of the parallax from what two terms leave of a lens's distortion.  Calibrated on real lenses:
-#: `benchmarks/lens_profiles.py`, `benchmarks/half_real.py`.
+#: gyroflow's table of lenses, `moireid lab bench half-real`.
 LENS_MODEL_SD_SHARE = 0.002
 #: Frequency of a hand's tremor (`camera.page_speed`).  Source: physiological tremor of the hand, 8 to 12 Hz (Elble and
 #: Koller, Tremor, 1990).
@@ -99,7 +99,7 @@ SMOOTHED_SHARE = 0.5
 #: Ray-traced films: as estimated at 1 to 2 m, 1.4 to 1.7 times at 3 m (13 px), 2.5 times at 4 m.
 SMALL_MARKER_PX, SMALL_MARKER_POWER = 19.0, 1.5
 #: What smoothing leaves of the pose error, over what it removes times the residuals' slow part over their fast one
-#: (`fast_poses.slow_to_fast`).  Films of `benchmarks/small_pages.py`: 1.15 times, with a scatter of a fifth; the
+#: (`fast_poses.slow_to_fast`).  Films of `moireid lab bench small-pages`: 1.15 times, with a scatter of a fifth; the
 #: estimate from reprojection errors alone is up to 2.6 times too small there.  A coder that saves moves a small square
 #: by whole quarters of a pixel, so what turns slowly stays as it was for a while.
 SLOW_ERROR_RATIO = 1.15

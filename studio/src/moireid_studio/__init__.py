@@ -16,7 +16,7 @@ pictures.py      logos and portraits, kept until printed
 picture_work.py  the sealed process that reads them
 store/           the studio's own tables, and films that wait
 auth/            roles, tokens, and no requests from other sites
-http/            connections, and how much a token may ask
+http/            the server, its figures and log, and how much a token may ask
 jobs/            work that takes time; each job has its own process
 pages/           the pages
 api/             the API

@@ -20,15 +20,14 @@ from moireid_studio.api import health as health_api
 from moireid_studio.api import issue_api, registry_api, work_api
 from moireid_studio.api.schema import describe
 from moireid_studio.auth.guard import Guard, anyone
-from moireid_studio.http.connections import ConnectionLimits
 from moireid_studio.http.logs import note_request
 from moireid_studio.http.metrics import Gauge, RequestMetrics
 from moireid_studio.live import link_routes
 from moireid_studio.live import routes as live
 from moireid_studio.pages import enroll as enroll_pages
-from moireid_studio.pages import film_view, issue_pages, materials, registry_pages, verify
 from moireid_studio.pages import first_badge as first_badge_pages
 from moireid_studio.pages import home as home_pages
+from moireid_studio.pages import issue_pages, materials, registry_pages, verify
 from moireid_studio.settings import Settings
 from moireid_studio.studio import Studio
 
@@ -39,8 +38,6 @@ ROUTERS: tuple[APIRouter, ...] = (
     materials.router,
     enroll_pages.router,
     first_badge_pages.router,
-    # Before the pages of jobs, whose ids may be any word.
-    film_view.router,
     verify.router,
     registry_pages.router,
     registry_pages.verdicts_router,
@@ -99,8 +96,8 @@ def create_app(settings: Settings) -> FastAPI:
         # Otherwise it would redirect to any Host that a request names.
         redirect_slashes=False,
     )
-    app.state.studio, app.state.connections = studio, ConnectionLimits()
-    studio.metrics.watch(_gauges(app, studio))
+    app.state.studio = studio
+    studio.metrics.watch(_gauges(studio))
     app.add_middleware(Guard, loopback_only=not settings.auth)
     app.add_middleware(RequestMetrics, metrics=studio.metrics, note=note_request)
     verify.install(app)
@@ -111,14 +108,11 @@ def create_app(settings: Settings) -> FastAPI:
     return app
 
 
-def _gauges(app: FastAPI, studio: Studio) -> list[Gauge]:
+def _gauges(studio: Studio) -> list[Gauge]:
     """What is asked for when the figures are read."""
-    connections: ConnectionLimits = app.state.connections
     return [
         ("moireid_jobs", "Jobs by state.", "state", studio.jobs.ledger.counts),
         ("moireid_stored_bytes", "Bytes of films that are stored.", "", lambda: {"": studio.jobs.stored_bytes()}),
-        ("moireid_connections", "Connections of HTTP.", "", lambda: {"": connections.held.total()}),
-        ("moireid_turned_away", "Connections that were refused.", "", lambda: {"": connections.turned_away}),
         ("moireid_live_sessions", "Live checks that go on.", "", lambda: {"": studio.live_sessions.total()}),
     ]
 
@@ -130,8 +124,6 @@ def _static() -> APIRouter:
         kind = KINDS.get("." + entry.name.rpartition(".")[2])
         if kind is not None:
             _one_file(router, entry.name, entry.read_bytes(), kind)
-    kernel = resources.files("moireid.verifier.kernel").joinpath("kernel.wasm")
-    _one_file(router, kernel.name, kernel.read_bytes(), "application/wasm")
     # The style of a verdict is that of the report's own page.
     _one_file(router, "report.css", report_style().encode(), KINDS[".css"])
     return router

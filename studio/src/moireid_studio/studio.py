@@ -23,7 +23,6 @@ from moireid.registry.log import Head
 from moireid.registry.seen import recall, seen_path
 from moireid.registry.signing.client import signer_address
 from moireid_studio.auth.tokens import Tokens
-from moireid_studio.http.connections import MOST_SILENT, SilentSockets
 from moireid_studio.http.metrics import Metrics
 from moireid_studio.jobs.claims import PreparedJob, prepared
 from moireid_studio.jobs.cluster import Cluster
@@ -57,10 +56,8 @@ class Studio:
         """
         self.settings, self._auditing, self.metrics = settings, threading.Lock(), Metrics()
         self._needs: tuple[float, dict[str, bool]] = (-NEEDS_S, {})
-        #: Live checks that go on, by whether a link began them and whose token it is of; and WebSockets that have not
-        #: said what they ask: of those who came with a token, and of all others, who may have a link.
+        #: Live checks that go on, by whether a link began them and whose token it is of.
         self.live_sessions = Counter[tuple[bool, str]]()
-        self.silent_sockets, self.silent_strangers = SilentSockets(MOST_SILENT), SilentSockets(MOST_SILENT)
         with ExitStack() as undo:
             self.registry: Registry = undo.enter_context(
                 open_registry(settings.registry_url, create=settings.registry_url is None)

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
-import sqlite3
 from collections.abc import Iterator
-from datetime import UTC, datetime, timedelta
+from datetime import datetime, timedelta
 from pathlib import Path
 
 import httpx
@@ -18,7 +16,6 @@ from kit.webbing import Visit, studio
 from moireid.cli.main import moireid
 from moireid_studio.auth import tokens as token_times
 from moireid_studio.auth.guard import COOKIE
-from moireid_studio.auth.tokens import Tokens
 
 
 @pytest.fixture
@@ -81,18 +78,6 @@ def test_a_token_lasts_ninety_days_unless_said(tmp_path: Path) -> None:
         made, ends = (datetime.fromisoformat(created[key]) for key in ("made_at", "expires_at"))
         assert abs((ends - made).total_seconds() - days * 86400) < 2
     assert run(moireid, [*create, "--expires", "9999"]).exit_code == 2
-
-
-def test_tokens_of_before_get_an_end(tmp_path: Path) -> None:
-    """Catches: a studio that cannot open its own older file, or tokens in it that never end."""
-    with sqlite3.connect(tmp_path / "tokens.sqlite3") as raw:
-        columns = "sha256 TEXT PRIMARY KEY, role TEXT NOT NULL, note TEXT NOT NULL, made_at TEXT NOT NULL"
-        raw.execute(f"CREATE TABLE tokens ({columns}, revoked_at TEXT)")
-        digest = hashlib.sha256(b"moireid_old").hexdigest()
-        raw.execute("INSERT INTO tokens VALUES (?, 'admin', 'old', '2026-01-01T00:00:00Z', NULL)", (digest,))
-    found = Tokens(tmp_path).find("moireid_old")
-    assert found is not None and found.expires_at > datetime.now(UTC).isoformat()
-    assert Tokens(tmp_path).find("moireid_old") == found
 
 
 def test_what_a_visitor_does_is_logged_by_their_token(visit: Visit) -> None:

@@ -251,13 +251,6 @@ def test_builds_are_limited_and_removed(visit: Visit) -> None:
     assert [one.folder.exists() for one in builds] == [False] + [True] * (MOST_BUILDS - 1)
 
 
-def test_a_studio_among_others_says_that_it_has_no_builds(visit: Visit) -> None:
-    """Catches: a build of which another studio's worker gets the job, and not the folder."""
-    visit.studio.settings = replace(visit.studio.settings, state="postgresql://elsewhere/studio")
-    for answer in (visit.ask("GET", "/first-badge", "issuer"), visit.ask("POST", "/first-badge", "issuer", data=BEGUN)):
-        assert answer.status_code == 503 and "moireid first-badge" in answer.text
-
-
 @pytest.mark.slow
 def test_a_photo_that_is_none_is_a_result_and_a_lost_build_a_problem(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -24,7 +24,7 @@ from moireid.designer.formats import FORMATS, in_format, turned
 from moireid.designer.request import FringeBorder
 from moireid.errors import SpecError
 from moireid.fabrication.event import write_sheets_pdf
-from moireid.fabrication.page.dress import check_look, qr_rects, writer_of
+from moireid.fabrication.page.marks import check_look, qr_rects
 from moireid.fabrication.page.pdf import write_badge_pdf
 from moireid.fabrication.page.preview import draw_fringes, draw_preview, draw_worn, write_worn
 
@@ -81,7 +81,7 @@ def test_artwork_changes_no_dot_of_what_is_read(template: str, tmp_path: Path) -
     check_look(badge, look)
     bare, worn = tmp_path / "bare.pdf", tmp_path / "worn.pdf"
     write_badge_pdf(badge, bare, write_words=lambda sheet, badge: None)
-    write_badge_pdf(badge, worn, write_words=writer_of(badge, look))
+    write_badge_pdf(badge, worn, look=look)
     pictures = [board_of(path, badge) for path in (bare, worn)]
     scale, (left, top, _, _) = DPI / 25.4, badge.outline_mm
     for _, (x0, y0, x1, y1) in clear_zones(badge):
@@ -128,8 +128,7 @@ def test_the_qr_code_says_the_identity_and_no_more(tmp_path: Path) -> None:
 def test_without_artwork_page_and_badge_are_as_before(tmp_path: Path) -> None:
     """Catches: a default that changed, so that badges that were issued could not be printed again."""
     badge = design_badge(Request("Ada Lovelace", pattern="cells"), PAYLOAD)
-    assert writer_of(badge, None) is None
-    write_badge_pdf(badge, tmp_path / "page.pdf", write_words=writer_of(badge, None))
+    write_badge_pdf(badge, tmp_path / "page.pdf")
     found = (hashlib.sha256(badge.to_json().encode()), hashlib.sha256(drawing(tmp_path / "page.pdf")))
     assert tuple(one.hexdigest()[:16] for one in found) == BEFORE
 

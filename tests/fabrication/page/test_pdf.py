@@ -26,7 +26,8 @@ from moireid.errors import SpecError
 from moireid.fabrication import package
 from moireid.fabrication.page import canvas, preview
 from moireid.fabrication.page import pdf as page
-from moireid.fabrication.page.pdf import SCALE_BAR_MM, bar_places, crop_marks, dark_lines, marker_squares
+from moireid.fabrication.page.marks import marker_squares
+from moireid.fabrication.page.pdf import SCALE_BAR_MM, bar_places, crop_marks, dark_lines
 
 PAYLOAD = bytes.fromhex("0f38c1a2b3d4e5f6")
 #: Boards at the corners of what the designer accepts on each paper, and one in between.

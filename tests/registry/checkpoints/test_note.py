@@ -7,7 +7,7 @@ import base64
 import pytest
 from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
 
-from moireid.registry.checkpoints.note import key_id, opened, parted, signed_note
+from moireid.registry.checkpoints.note import ED25519, VerifierKey, opened, parted, signed_note
 from moireid.registry.keys import Signer
 
 # The keys and the note of the documentation of golang.org/x/mod/sumdb/note.
@@ -21,7 +21,7 @@ PETER = Signer(Ed25519PrivateKey.from_private_bytes(base64.b64decode(SECRET)[1:]
 def test_a_note_is_that_of_another_implementation():
     """Catches: a domain before the text; a key id of other bytes; another dash, order or line end."""
     assert bytes.fromhex(PETER.authority.public_hex) == base64.b64decode(PUBLIC)[1:]
-    assert key_id("PeterNeumann", base64.b64decode(PUBLIC)[1:]).hex() == "c74f20a3"
+    assert VerifierKey("PeterNeumann", ED25519, base64.b64decode(PUBLIC)[1:]).id.hex() == "c74f20a3"
     assert signed_note(TEXT, "PeterNeumann", PETER) == f"{TEXT}\n{LINE}"
     assert opened(f"{TEXT}\n{LINE}", "PeterNeumann", PETER.authority) == TEXT
 

@@ -51,18 +51,6 @@ READERS: dict[str, Callable[[Registry], object]] = {
     "enroll_many": lambda registry: registry.enroll_many([badge_of("Bo")]),
     "rotate_key": lambda registry: registry.rotate_key(),
 }
-COMMANDS = (
-    ("registry", "list"),
-    ("registry", "show", "Ada"),
-    ("registry", "log"),
-    ("registry", "init"),
-    ("registry", "revoke", "Ada", "--reason", "again"),
-    ("registry", "export", "export.json"),
-    ("registry", "publish", "--out", "bundle"),
-    ("registry", "checkpoint", "--out", "checkpoint"),
-    ("registry", "prove", "Ada", "--out", "proof"),
-    ("registry", "rotate-key"),
-)
 
 
 @pytest.fixture
@@ -89,15 +77,6 @@ def test_a_state_of_before_a_kill_is_refused_by_every_reader(put_back: Path, rea
     shutil.copy(f"{put_back}.new", put_back)
     with open_registry(url_of(put_back), create=False) as registry:
         READERS[reader](registry)
-
-
-def test_no_command_shows_a_state_of_before(put_back: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Catches: list, show and export that call a rolled-back registry valid; a file that is left all the same."""
-    monkeypatch.chdir(tmp_path)
-    for command in COMMANDS:
-        done = run(*command, "--registry", url_of(put_back), code=2)
-        assert done.stdout == "" and "rolled back" in done.stderr, command
-    assert not [one for one in ("export.json", "bundle", "checkpoint", "proof") if (tmp_path / one).exists()]
 
 
 def test_the_audit_names_a_rollback(put_back: Path) -> None:

@@ -10,10 +10,8 @@ import sys
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
-from click.testing import CliRunner
 
 from kit.registries import badge_of, code_of, url_of
-from moireid.cli.main import moireid
 from moireid.errors import RegistryError, SpecError
 from moireid.registry import open_registry
 from moireid.registry.log import Head
@@ -133,17 +131,3 @@ def test_a_program_that_was_killed_in_a_write_is_no_hindrance(seen):
     subprocess.run([sys.executable, "-c", program, str(seen)], check=False)
     assert seen.with_name(seen.name + "-journal").exists()
     assert recall().heads.get("f" * 32) == Head(1, "0" * 64) and remember("place", ["f" * 32], Head(2, "1" * 64))
-
-
-def test_forgetting_by_command(path):
-    """Catches: a registry restored on purpose that can never be used again."""
-    with open_registry(url_of(path), create=True) as registry:
-        shutil.copy(path, path.with_suffix(".old"))
-        registry.enroll(badge_of("Ada"))
-        fingerprint = registry.standing().fingerprint
-    shutil.copy(path.with_suffix(".old"), path)
-    done = CliRunner().invoke(moireid, ["registry", "forget", fingerprint])
-    assert done.exit_code == 0 and "forgotten" in done.stdout
-    assert "never seen" in CliRunner().invoke(moireid, ["registry", "forget", fingerprint]).stdout
-    with open_registry(url_of(path), create=False) as registry:
-        assert code_of(registry) is None

@@ -26,7 +26,7 @@ from moireid.registry.bundle.bundle_file import ORIGIN
 from moireid.registry.keys import ENTRY, NOTE, RECORD, ROOT, Signer
 from moireid.registry.log import entry_text, rotation_of, rotation_row
 from moireid.registry.signing import signer_process as signing
-from moireid.registry.signing.client import NOTE_ORIGINS, AskingSigner, KnowKey, make_key, of_kind
+from moireid.registry.signing.client import NOTE_ORIGINS, AskingSigner, SignerMessage, make_key, of_kind
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="Windows lacks such sockets")
 
@@ -170,7 +170,7 @@ def test_silent_clients_keep_no_one_out(tmp_path: Path, monkeypatch: pytest.Monk
             with contextlib.suppress(ConnectionError):
                 assert one.recv(1) == b""
         # Its own connection was idle, too, and is made anew.
-        assert asking._ask(KnowKey(asking.authority.public_hex))["fingerprint"]
+        assert asking._ask(SignerMessage("know", asking.authority.public_hex))["fingerprint"]
         for one in idle:
             one.close()
         server.shutdown()

@@ -1,29 +1,24 @@
-"""All tasks of a run, on a local cluster, on a Dask deployment by address, or in this process for one worker.
+"""All tasks of a run: on this machine by threads, each with a process of its own, or on a Dask deployment by address.
 
-In this process the same code runs without a cluster: `worker.do`, called in turn.  A cluster takes seconds to start, as
-long as a film, and only this process can read films in memory://.
 Dask gives the task of a lost worker to another one, three times (its setting `allowed-failures`); then it is `LostJob`.
-A run stops if no worker is alive, or if no task ends (`_next_ended`).
+A run on a deployment stops if no worker is alive, or if no task ends (`_next_ended`).
 """
 
 from __future__ import annotations
 
 import logging
+import os
 import pickle
-import signal
-import threading
 import time
 import uuid
 from collections import deque
 from collections.abc import Callable, Generator, Iterator, Sequence
-from concurrent.futures import CancelledError
-from contextlib import ExitStack, contextmanager, suppress
+from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, ThreadPoolExecutor, wait
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
-from multiprocessing import resource_tracker
 from typing import Any
 
 from moireid.errors import MoireIdError, SpecError
-from moireid.extras import missing_extra
 from moireid.result_cache import program_digest
 from moireid.scheduler import scheduler_client
 from moireid_lab.archive.isolated import START_S, Limits, LostJob
@@ -41,24 +36,13 @@ SLACK_S = 900.0
 #: Waits: for one result, as its worker may be lost; for the workers' children to end; between two looks for ended
 #: tasks; between two looks for workers.
 RESULT_S, STOP_S, POLL_S, LOOK_S = 5.0, 5.0, 0.01, 1.0
-#: Settings of a local cluster.  worker-saturation: no film waits at a worker behind another, so a lost worker counts
-#: only against its own film; after four lost workers a film is given up.  lost-worker-timeout: after this time a
-#: cluster drops a lost worker for good.  A worker that is killed again, or slow to start on a busy machine, would be
-#: dropped too, until none is left.  profile: a worker would sample its threads a hundred times a second, which slows
-#: its child.
-DASK = {
-    "distributed.scheduler.worker-saturation": 1.0,
-    "distributed.scheduler.allowed-failures": 3,
-    "distributed.deploy.lost-worker-timeout": "1000 days",
-    "distributed.worker.profile.enabled": False,
-}
 
 
 @dataclass(frozen=True)
 class Task:
     """Jobs that one worker does one after another: `work(job)`, or with a film `work(job, path)`.
 
-    film: its address; it is fetched once for all jobs.
+    film: its path, which every worker must be able to read.
     """
 
     jobs: tuple[Any, ...]
@@ -77,7 +61,7 @@ def run_tasks(
 
     Parameters: work: a function at the top of a module, since other processes import it by name, as they do the modules
         of jobs and results. scheduler: address of a Dask scheduler, such as tls://HOST:PORT; None or "local": this
-        machine.  workers: number on this machine; None: one for each processor; 1: in this process.
+        machine.  workers: number on this machine; None: one for each processor.
 
         A worker begins its next task at the next call of the generator, so save the results before that.
         Closing the generator ends the run and its processes.
@@ -93,16 +77,29 @@ def run_tasks(
     ]
     if not orders:
         return
-    count = min(workers or _processors(), len(orders))
-    if scheduler in (None, LOCAL) and count == 1:
-        try:
-            for place, order in enumerate(orders):
-                yield place, do(order)
-        finally:
-            stop_children(run)
+    if scheduler in (None, LOCAL):
+        yield from _on_this_machine(orders, min(workers or os.cpu_count() or 1, len(orders)), run)
         return
-    with _client(scheduler, count) as client:
+    with _connected(str(scheduler)) as client:
         yield from _on_cluster(client, orders, run)
+
+
+def _on_this_machine(orders: Sequence[Order], count: int, run: str) -> Generator[tuple[int, Done], None, None]:
+    """As `run_tasks`, by so many threads."""
+    todo, running = deque(range(len(orders))), dict[Future[Done], int]()
+    with ThreadPoolExecutor(count) as pool:
+        try:
+            while todo or running:
+                while todo and len(running) < count:
+                    place = todo.popleft()
+                    running[pool.submit(do, orders[place])] = place
+                for future in wait(running, return_when=FIRST_COMPLETED).done:
+                    yield running.pop(future), future.result()
+        finally:
+            # A thread that began meanwhile may have started another process.
+            while wait(running, timeout=POLL_S).not_done:
+                stop_children(run)
+            stop_children(run)
 
 
 def _on_cluster(client: Any, orders: Sequence[Order], run: str) -> Generator[tuple[int, Done], None, None]:
@@ -196,63 +193,8 @@ def _lost(future: Any, order: Order) -> Done:
 
 
 @contextmanager
-def _client(scheduler: str | None, workers: int) -> Iterator[Any]:
-    """A client of the requested cluster."""
-    try:
-        import dask
-        import distributed
-    except ImportError as error:
-        raise missing_extra("the judging of many films", error.name or "a package", "", "moireid-lab") from error
-    if scheduler not in (None, LOCAL):
-        with _connected(str(scheduler)) as client:
-            yield client
-        return
-    # A cluster obeys anyone who reaches it, so this one listens only locally and requires a certificate.
-    with dask.config.set(DASK), ExitStack() as stack:
-        with _interrupts_after():
-            cluster = distributed.LocalCluster(
-                n_workers=workers,
-                threads_per_worker=1,
-                host="127.0.0.1",
-                security=True,
-                scheduler_kwargs={"dashboard": False, "dashboard_address": "127.0.0.1:0"},
-                # Films are in the memory of the workers' children, which have their own limit.
-                memory_limit=None,
-                silence_logs=logging.CRITICAL,
-            )
-            stack.enter_context(cluster)
-            client = stack.enter_context(cluster.get_client())
-        yield client
-
-
-@contextmanager
-def _interrupts_after() -> Iterator[None]:
-    """Delay an interrupt to the end of this block: a cluster that is interrupted as it starts cannot be shut down
-    properly.
-
-    Threads started in this block never get an interrupt, nor do the processes that they start: a terminal sends it to
-    all of them, and this program decides.
-    """
-    # Start it now; later, it would unblock interrupts in the thread that starts it.
-    resource_tracker.ensure_running()
-    before, came = signal.getsignal(signal.SIGINT), list[Any]()
-    here = threading.current_thread() is threading.main_thread() and callable(before)
-    mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    if here:
-        signal.signal(signal.SIGINT, lambda *given: came.append(given))
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, mask)
-        if here:
-            signal.signal(signal.SIGINT, before)
-    if came and callable(before):
-        before(*came[0])
-
-
-@contextmanager
 def _connected(address: str) -> Iterator[Any]:
-    """A client of an existing cluster with the same moireid as this program."""
+    """A client of a cluster with the same moireid as this program."""
     client = scheduler_client(address, ("", "moireid-lab"))
     # It logs tracebacks when a scheduler goes away; we give one sentence.
     logging.getLogger("distributed").setLevel(logging.CRITICAL)
@@ -269,12 +211,3 @@ def _connected(address: str) -> Iterator[Any]:
 
 def _digest_there() -> str:
     return program_digest()
-
-
-def _processors() -> int:
-    """Number of processors that this program may use, also in a container."""
-    try:
-        from dask.system import CPU_COUNT
-    except ImportError as error:
-        raise missing_extra("the judging of many films", error.name or "a package", "", "moireid-lab") from error
-    return int(CPU_COUNT)

@@ -28,17 +28,16 @@ ANSWER_BYTES, FILM_ANSWER_BYTES = 1 << 30, 1 << 20
 #: Files that a process may have open that reads a film, and processor time as a multiple of its limit of time.
 OPEN_FILES, PROCESSOR_TIMES = 256, 2
 WORK = "moireid_lab.archive.isolated:do_jobs"
-#: Why a job was lost.  film: it is too large; program: an error of ours.
-Fault = Literal["film", "crash", "time", "memory", "program", "fetch", "worker"]
+#: Why a job was lost.  film: it cannot be read; program: an error of ours.
+Fault = Literal["film", "crash", "time", "memory", "program", "worker"]
 
 
 @dataclass(frozen=True)
 class Limits:
-    """Limits of one job: seconds, and memory in millions of bytes; and of a fetched film, in millions of bytes."""
+    """Limits of one job: seconds, and memory in millions of bytes."""
 
     seconds: float = 3600.0
     memory_mb: int = 2048
-    film_mb: float = 4096.0
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""One task on a worker: fetch its film, have a child process do its jobs, return the results.
+"""One task on a worker: have a child process do its jobs, return the results.
 
 Convention: a worker begins a task only after the requesting program has saved the results of the last one.  So a killed
     worker loses no finished row; at most its present film is repeated.
@@ -11,9 +11,8 @@ import time
 from dataclasses import dataclass
 from typing import Any
 
-from moireid.errors import MoireIdError, SpecError
+from moireid.errors import SpecError
 from moireid.result_cache import program_digest
-from moireid_lab.archive.addresses import FetchError, fetched
 from moireid_lab.archive.isolated import IsolatedProcess, Limits, LostJob
 
 #: Longest wait until the last results are taken; only a program that went away takes that long.
@@ -23,7 +22,7 @@ HERE = "here"
 
 @dataclass(frozen=True)
 class Order:
-    """A task as it is sent: the pickled (work, job) of each of its jobs, and the address of their film or None.
+    """A task as it is sent: the pickled (work, job) of each of its jobs, and the path of their film or None.
 
     module: of the work; run: name of the run, which has its own children; program: digest of the requesting program.
     """
@@ -54,7 +53,7 @@ def do(order: Order) -> Done:
 
     Raises: SpecError if the worker's program differs from the requesting one.
     """
-    worker, begun = _dask_worker(), time.monotonic()
+    worker = _dask_worker()
     name = HERE if worker is None else str(worker.name)
     _wait_for_handover(worker)
     if program_digest() != order.program:
@@ -62,14 +61,7 @@ def do(order: Order) -> Done:
     folder = None if worker is None else worker.local_directory
     made = IsolatedProcess(order.module, order.limits, folder)
     child = _children.setdefault((order.run, threading.get_ident()), made)
-    try:
-        if order.film is None:
-            return Done(tuple(child.do(payload, None) for payload in order.payloads), name)
-        with fetched(order.film, most_mb=order.limits.film_mb, folder=folder) as film:
-            return Done(tuple(child.do(payload, str(film)) for payload in order.payloads), name)
-    except MoireIdError as error:
-        lost = LostJob(str(error), time.monotonic() - begun, "fetch" if isinstance(error, FetchError) else "film")
-        return Done((lost,) * len(order.payloads), name)
+    return Done(tuple(child.do(payload, order.film) for payload in order.payloads), name)
 
 
 def stop_children(run: str) -> None:

@@ -1,14 +1,11 @@
 """Many films by the engine of collections, and the list of them that `moireid lab evaluate` reads.
 
-Convention: a worker makes a film in its own folder and sends it back whole, so workers need no shared folder.  The
-digests of a film are stored before its files are written; later only files with these digests count as made.
+Convention: a worker makes a film in its own folder and sends it back whole, so workers need no shared folder.
 """
 
 from __future__ import annotations
 
-import csv
 import hashlib
-import io
 import json
 import tempfile
 from base64 import b64decode, b64encode
@@ -26,6 +23,7 @@ from moireid.simulate.filming import FilmOptions, filmed, scene_of, truth_path
 from moireid_lab.archive.engine import Task, run_tasks
 from moireid_lab.archive.isolated import LostJob
 from moireid_lab.bench.bench_rows import LIMITS, Where
+from moireid_lab.evaluation.csv_lists import csv_text
 
 MANIFEST, KEPT, COURSE = "films.csv", "made.jsonl", "motion.csv"
 
@@ -50,28 +48,27 @@ def make_film_set(
     *,
     where: Where,
     overwrite: bool = False,
-    progress: Callable[[int, int, int, int], None] | None = None,
+    progress: Callable[[int, int], None] | None = None,
 ) -> Path:
     """Make all films of a set into a folder, with their truth, their badges and the list `films.csv`.
 
-    Parameters: progress: called with (films done, of, failed, made earlier).  A film that is there as this program
+    Parameters: progress: called with (films done, of).  A film that is there as this program
         made it for the same line is not made again.
     Returns: the list.
     Raises: SpecError where a file exists that is not of this set; MoireIdError where a film cannot be made, once the
         others are.  There is no list then.
     """
     keys, kept = [_key(one) for one in films], folder / KEPT
-    asked = set(keys)
-    rows = {key: row for key, row in kept_rows(kept).items() if key in asked and "files" in row}
-    todo = [place for place, key in enumerate(keys) if not (key in rows and _as_made(rows[key], folder))]
-    planned([folder / MANIFEST], overwrite=overwrite or bool(rows))
-    # Files left by an interrupted run belong to this set too.
-    ours = {
-        path for place in todo for path in _files(films[place], folder) if _digest(path) in _earlier(rows, keys[place])
-    }
-    planned((path for place in todo for path in _files(films[place], folder) if path not in ours), overwrite=overwrite)
+    rows = kept_rows(kept)
+    files = [_files(film, folder) for film in films]
+    ours = [rows.get(film.name, {}).get("key") == key for film, key in zip(films, keys, strict=True)]
+    todo = [k for k, own in enumerate(ours) if not (own and all(path.is_file() for path in files[k]))]
+    planned([folder / MANIFEST], overwrite=overwrite or any(ours))
+    # Files of an interrupted run belong to this set too.
+    planned((path for k in todo if not ours[k] for path in files[k]), overwrite=overwrite)
     badges = {one.badge.to_json(): folder / _badge_name(one.badge) for one in films}
-    planned((path for text, path in badges.items() if not _holds(path, text)), overwrite=overwrite)
+    others = (path for text, path in badges.items() if not path.is_file() or path.read_text(encoding="utf-8") != text)
+    planned(others, overwrite=overwrite)
     # An earlier list is wrong from here on, so it is removed.
     (folder / MANIFEST).unlink(missing_ok=True)
     for text, path in badges.items():
@@ -85,27 +82,24 @@ def make_film_set(
             if isinstance(found, LostJob):
                 found = {"error": found.why}
             if "error" not in found:
-                contents = dict(
-                    zip(_files(film, folder), map(b64decode, (found["truth"], found["video"])), strict=True)
-                )
-                rows[key] = {
-                    "label": found["label"],
-                    "files": {path.name: _hash(one) for path, one in contents.items()},
-                }
-                keep_row(kept, key, rows[key])
-                for path, content in contents.items():
+                # What is there afterwards is of this film, or missing.
+                for path in files[todo[at]]:
+                    path.unlink(missing_ok=True)
+                rows[film.name] = {"key": key, "label": found["label"]}
+                keep_row(kept, film.name, rows[film.name])
+                for path, content in zip(files[todo[at]], (found["truth"], found["video"]), strict=True):
                     with whole_file(path) as temporary:
-                        temporary.write_bytes(content)
+                        temporary.write_bytes(b64decode(content))
             else:
                 failed.append(f"{film.name} ({found['error']})")
             if progress:
-                progress(len(films) - len(todo) + count, len(films), len(failed), len(films) - len(todo))
+                progress(len(films) - len(todo) + count, len(films))
     if failed:
         raise MoireIdError(
             f"{len(failed)} of {len(films)} films cannot be made, first {failed[0]}; the others are kept, so fix what "
             "is wrong and run again"
         )
-    write_text(folder / MANIFEST, _manifest(films, [rows[key]["label"] for key in keys]))
+    write_text(folder / MANIFEST, _manifest(films, [rows[film.name]["label"] for film in films]))
     return folder / MANIFEST
 
 
@@ -132,34 +126,9 @@ def _files(film: PlannedFilm, folder: Path) -> tuple[Path, Path]:
     return truth_path(video), video
 
 
-def _as_made(row: dict[str, Any], folder: Path) -> bool:
-    return all(_digest(folder / name) == digest for name, digest in row["files"].items())
-
-
-def _earlier(rows: dict[str, dict[str, Any]], key: str) -> set[str | None]:
-    """The digests of a film's files, if it was made before."""
-    return set(rows[key]["files"].values()) if key in rows else set()
-
-
-def _hash(content: bytes) -> str:
-    return hashlib.sha256(content).hexdigest()
-
-
-def _digest(path: Path) -> str | None:
-    """The digest of a file's content; None where there is no file."""
-    if not path.is_file():
-        return None
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
-
-
 def _badge_name(badge: Badge) -> str:
     """A file name made from the badge's content, so that two files with one name are always equal."""
-    return f"badge-{_hash(badge.to_json().encode())[:12]}.json"
-
-
-def _holds(path: Path, text: str) -> bool:
-    return _digest(path) == _hash(text.encode())
+    return f"badge-{hashlib.sha256(badge.to_json().encode()).hexdigest()[:12]}.json"
 
 
 def _key(film: PlannedFilm) -> str:
@@ -171,11 +140,8 @@ def _key(film: PlannedFilm) -> str:
 
 def _manifest(films: Sequence[PlannedFilm], labels: Sequence[str]) -> str:
     """The list as text."""
-    text = io.StringIO()
-    lines = csv.writer(text, lineterminator="\n")
-    lines.writerow(("video", "label", "claim", "group"))
-    lines.writerows(
+    rows = [
         (f"{film.name}.mp4", label, _badge_name(film.badge), film.group)
         for film, label in zip(films, labels, strict=True)
-    )
-    return text.getvalue()
+    ]
+    return csv_text(("video", "label", "claim", "group"), rows)

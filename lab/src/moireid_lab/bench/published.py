@@ -104,13 +104,11 @@ def rows(wish: Wish) -> Iterator[Row]:
     asked = list(conditions(quick=wish.quick))
     films = [one for row in asked for one in _planned(row, courses, wish.seed)]
     with wish.kept_folder() as folder:
-        manifest = make_film_set(
-            films, folder / "films", where=where, progress=lambda done, of, *_: progress(done, 2 * of)
-        )
+        manifest = make_film_set(films, folder / "films", where=where, progress=lambda done, of: progress(done, 2 * of))
         scored = collect(
             read_manifest(manifest).entries,
             PIPELINES,
-            kept=folder / "results",
+            kept=folder / "results.jsonl",
             scheduler=where.scheduler,
             workers=where.workers,
             progress=lambda done, of, *_: progress(of + done, 2 * of),

@@ -5,5 +5,5 @@ bench_cmd.py      bench
 evaluate_cmd.py   evaluate
 film_set_cmd.py   film-set
 generator_cmd.py  generator-kit
-rate.py           progress and speed of a run over many films
+sharing.py        options that say where films are made and scored
 """

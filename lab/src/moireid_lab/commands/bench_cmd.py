@@ -17,7 +17,7 @@ from moireid.cli.common import (
     show_json,
 )
 from moireid_lab.bench.suites import BENCHES, SUITES, module_of, names_of
-from moireid_lab.commands.rate import scheduler_option, workers_option
+from moireid_lab.commands.sharing import scheduler_option, workers_option
 
 #: Those of a suite first.
 NAMES = tuple(dict.fromkeys([*SUITES, *BENCHES]))
@@ -25,7 +25,7 @@ NAMES = tuple(dict.fromkeys([*SUITES, *BENCHES]))
 
 @click.command("bench", context_settings={"ignore_unknown_options": True})
 @click.argument("suite", type=click.Choice(NAMES), metavar="SUITE")
-@click.argument("own", nargs=-1, type=click.UNPROCESSED, metavar="[OPTIONS OF ONE BENCH]...")
+@click.argument("own", nargs=-1, type=click.UNPROCESSED, metavar="[OPTIONS OF ONE BENCH]")
 @click.option("--out", "folder", type=FolderPath(), help="Folder for rows, figures and plots; default: print alone.")
 @click.option("--quick", is_flag=True, help="A few films only: minutes instead of hours.")
 @click.option(

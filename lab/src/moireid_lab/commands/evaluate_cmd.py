@@ -14,11 +14,12 @@ from moireid.cli.common import (
     friendly,
     json_option,
     overwrite_option,
+    progress_bar,
     registry_option,
     say,
     show_json,
 )
-from moireid_lab.commands.rate import film_rate, scheduler_option, workers_option
+from moireid_lab.commands.sharing import scheduler_option, workers_option
 
 
 @click.command("evaluate")
@@ -62,15 +63,6 @@ from moireid_lab.commands.rate import film_rate, scheduler_option, workers_optio
     metavar="MB",
     help="Most memory for one film, in megabytes.",
 )
-@click.option(
-    "--film-limit",
-    "film_mb",
-    type=FiniteRange(0.001, 1e7),
-    default=4096.0,
-    show_default=True,
-    metavar="MB",
-    help="Largest film that is fetched from an address, in megabytes.",
-)
 @click.option("--retry", is_flag=True, help="Score again the films that crashed or went beyond a limit.")
 @click.option(
     "--seed",
@@ -94,7 +86,6 @@ def evaluate_command(
     scheduler: str | None,
     timeout_s: float,
     memory_mb: int,
-    film_mb: float,
     retry: bool,
     seed: int,
     overwrite: bool,
@@ -108,15 +99,15 @@ def evaluate_command(
     MANIFEST is a CSV file with a line for each film. Paths in it are relative to it. Its columns:
 
     \b
-    video     the film: a path, or an address such as s3://bucket/film.mp4
+    video     the film
     label     genuine, forged or forged:KIND
     claim     a badge.json, or a name or id in the registry; empty: --badge
     group     any word, by which results are grouped
     corners   optional, for films that lost their markers; see verify --corners
 
-    An address needs the Python package for its protocol. Results are kept in results/part-*.parquet as they are made.
-    So a run that was interrupted goes on, and only what has changed is scored again. A film that cannot be scored,
-    crashes or goes beyond a limit counts as failed, and the run goes on.
+    Results are kept in results.jsonl as they are made. So a run that was interrupted goes on, and only what has changed
+    is scored again. A film that cannot be scored, crashes or goes beyond a limit counts as failed, and the run goes on.
+    With --scheduler, its workers read films by the same paths.
     """
     from moireid import __version__
     from moireid.badge import load_badge
@@ -139,16 +130,16 @@ def evaluate_command(
     detectors = read_detectors(scores_csv, manifest.entries) if scores_csv is not None else None
     planned(outputs, overwrite=overwrite)
     pipelines = [name for name in PIPELINES if pipeline in (name, "both")]
-    with film_rate() as progress:
+    with progress_bar("films") as progress:
         scored = collect(
             manifest.entries,
             pipelines,
-            kept=folder / "results",
+            kept=folder / "results.jsonl",
             scheduler=scheduler,
             workers=workers,
-            limits=Limits(timeout_s, memory_mb, film_mb),
+            limits=Limits(timeout_s, memory_mb),
             retry=retry,
-            progress=progress,
+            progress=lambda done, of, *_: progress(done, of),
         )
     document = {"moireid": __version__, "manifest": manifest_csv} | summarise(scored, seed=seed)
     if detectors is not None:

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from moireid.cli.common import FolderPath, echo, friendly, json_option, overwrite_option, show_json
+from moireid.cli.common import FolderPath, echo, friendly, json_option, overwrite_option, progress_bar, show_json
 from moireid.cli.simulate_cmd import MOTIONS, simulate_command
 from moireid.files import MOST_TABLE_BYTES, read_regular
-from moireid_lab.commands.rate import film_rate, scheduler_option, workers_option
+from moireid_lab.commands.sharing import scheduler_option, workers_option
 
 if TYPE_CHECKING:
     from moireid.badge import Badge
@@ -52,7 +50,7 @@ def film_set_command(
     from moireid_lab.bench.film_set import make_film_set
 
     films = read_plan(plan_csv)
-    with film_rate() as progress:
+    with progress_bar("films") as progress:
         manifest = make_film_set(films, folder, where=Where(scheduler, workers), overwrite=overwrite, progress=progress)
     if as_json:
         show_json({"films": len(films), "manifest": str(manifest)})
@@ -66,16 +64,16 @@ def read_plan(plan_csv: Path) -> list[PlannedFilm]:
     Raises: SpecError, with the line of what cannot be used.
     """
     from moireid.errors import MoireIdError, SpecError
+    from moireid_lab.evaluation.csv_lists import read_list
 
-    header, rows = _lines(plan_csv)
+    header, rows = read_list(plan_csv, "plan", ("badge",), EXAMPLE)
+    allowed = (*OWN, *_options())
+    if unknown := [name for name in header if name not in allowed]:
+        raise SpecError(f"plan {plan_csv} has a column {unknown[0][:40]!r}; its columns are {', '.join(allowed)}")
     badges: dict[Path, Badge] = {}
     films: list[PlannedFilm] = []
     for line, cells in rows:
-        if len(cells) > len(header):
-            raise SpecError(
-                f"line {line} of {plan_csv} has {len(cells)} cells, its first line {len(header)}; quote commas"
-            )
-        row = {name: cell for name, cell in zip(header, cells, strict=False) if cell}
+        row = {name: cell for name, cell in cells.items() if cell}
         try:
             films.append(_film(row, len(films) + 1, plan_csv.parent, badges))
         except MoireIdError as error:
@@ -88,31 +86,6 @@ def read_plan(plan_csv: Path) -> list[PlannedFilm]:
     if count > 1:
         raise SpecError(f"{plan_csv} names {count} films {name!r}; give each its own name, or none")
     return films
-
-
-def _lines(plan_csv: Path) -> tuple[list[str], list[tuple[int, list[str]]]]:
-    """The plan's columns, and the number and cells of each line that is not empty."""
-    from moireid.errors import SpecError
-
-    try:
-        text = read_regular(plan_csv, MOST_TABLE_BYTES).decode("utf-8-sig")
-        reader = csv.reader(io.StringIO(text, newline=""), strict=True)
-        lines = [(reader.line_num, [cell.strip() for cell in row]) for row in reader if any(map(str.strip, row))]
-        if strange := next((line for line, row in lines if any("\0" in cell for cell in row)), None):
-            raise csv.Error(f"line {strange} holds a NUL")
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise SpecError(f"plan {plan_csv} cannot be read ({error}); {EXAMPLE}") from error
-    header = [name.lower().lstrip("-") for name in lines[0][1]] if lines else []
-    # A spreadsheet writes empty columns at the end.
-    while header and not header[-1] and not any(len(row) >= len(header) and row[len(header) - 1] for _, row in lines):
-        header.pop()
-        lines = [(line, row[: len(header)]) for line, row in lines]
-    allowed = (*OWN, *_options())
-    unknown = [name for name in header if name not in allowed]
-    if unknown or "badge" not in header or len(set(header)) < len(header):
-        fault = f"has a column {unknown[0][:40]!r}" if unknown else "names no badge, or a column twice"
-        raise SpecError(f"plan {plan_csv} {fault}; its columns are {', '.join(allowed)}, of which badge is needed")
-    return header, lines[1:]
 
 
 def _options() -> dict[str, click.Option]:

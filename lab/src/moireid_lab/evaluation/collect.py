@@ -11,11 +11,10 @@ import msgspec
 
 from moireid.errors import MediaError, SpecError
 from moireid.reading.answers import checked
+from moireid.result_cache import keep_row, kept_rows
 from moireid_lab.archive.engine import Task, run_tasks
 from moireid_lab.archive.isolated import Limits, LostJob
-from moireid_lab.archive.parts import Parts
 from moireid_lab.evaluation.film_rows import (
-    COLUMNS,
     Job,
     Pipeline,
     Row,
@@ -55,7 +54,7 @@ def collect(
 ) -> list[ScoredFilm]:
     """Score every film by every pipeline.
 
-    Parameters: kept: a folder in which rows are saved in Parquet as they are made.  Its rows are reused, except those
+    Parameters: kept: a file of JSON lines to which rows are added as they are made.  Its rows are reused, except those
         with a temporary fault; with `retry`, except those with any fault other than an unreadable film. scheduler,
         workers, limits: as in `archive.engine.run_tasks`; limits hold for one film with one pipeline. work: a function
         at the top of a module that makes a row from a job and the film's path.
@@ -64,10 +63,7 @@ def collect(
     """
     _refuse_pairs((entry, entry.video) for entry in entries)
     jobs = {row_key(Job(entry, name)): Job(entry, name) for entry in entries for name in pipelines}
-    parts = Parts(kept, COLUMNS)
-    found, places = parts.rows(), {_place(one.entry, one.pipeline): key for key, one in jobs.items()}
-    parts.drop({key for key, row in found.items() if _must_rescore(row, places.get(_row_place(row)), retry=retry)})
-    rows = {key: row for key, row in found.items() if key in jobs and not _must_rescore(row, key, retry=retry)}
+    rows = {key: row for key, row in kept_rows(kept).items() if key in jobs and not _lost(row, retry=retry)}
     todo: dict[int, list[str]] = {}
     for key, job in jobs.items():
         if key not in rows:
@@ -81,7 +77,8 @@ def collect(
                 _row(key, jobs[key], outcome, done.worker)
                 for key, outcome in zip(keys_of[place], done.outcomes, strict=True)
             ]
-            parts.add(made)
+            for row in made:
+                keep_row(kept, row["key"], row)
             rows |= {row["key"]: row for row in made}
             failed += any(row["verdict"] == "failed" for row in made)
             if progress:
@@ -91,7 +88,7 @@ def collect(
 
 
 def _row(key: str, job: Job, outcome: Row | LostJob, worker: str) -> Row:
-    """The outcome of a job as a row of the results, in the order of `COLUMNS`.
+    """The outcome of a job as a row of the results.
 
     The process that scored is in the hands of its film: what is no row counts as a film that ended it.
     """
@@ -100,33 +97,13 @@ def _row(key: str, job: Job, outcome: Row | LostJob, worker: str) -> Row:
         row = row if isinstance(row, dict) else msgspec.structs.asdict(row)
     except MediaError as error:
         row = failed_row(LostJob(str(error), 0.0, "crash"))
-    row = row | {
-        "key": key,
-        "film": job.entry.video,
-        "claim": claim_digest(job.entry),
-        "pipeline": job.pipeline,
-        "program": scorer(),
-        "worker": worker,
-    }
-    return {name: row[name] for name in COLUMNS}
+    named = {"key": key, "film": job.entry.video, "claim": claim_digest(job.entry), "pipeline": job.pipeline}
+    return named | {"program": scorer()} | row | {"worker": worker}
 
 
-def _place(entry: Entry, pipeline: str) -> tuple[str, str, str]:
-    """Film, claim and pipeline of a row, independent of later changes of film and program."""
-    return entry.video, claim_digest(entry), pipeline
-
-
-def _row_place(row: Row) -> tuple[str, str, str]:
-    return row["film"], row["claim"], row["pipeline"]
-
-
-def _must_rescore(row: Row, key: str | None, *, retry: bool) -> bool:
-    """Whether this run makes a row again; key: of the job with its film, claim and pipeline, or None.
-
-    Convention: rows without a job in this run stay as they are.
-    """
-    lost = row["again"] or (retry and row["fault"] not in (None, "film"))
-    return key is not None and (row["key"] != key or lost)
+def _lost(row: Row, *, retry: bool) -> bool:
+    """Whether this run makes a row again."""
+    return bool(row["again"] or (retry and row["fault"] not in (None, "film")))
 
 
 def _refuse_pairs(films: Iterable[tuple[Entry, str | None]]) -> None:

@@ -8,18 +8,17 @@ Convention: `score` rises with genuineness, as ours does; `fake_score`, as many 
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 import os
 from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from moireid.errors import SpecError
-from moireid_lab.archive.addresses import read_text
 from moireid_lab.evaluation.collect import ScoredFilm
+from moireid_lab.evaluation.csv_lists import read_list
 from moireid_lab.evaluation.manifest import Entry
 from moireid_lab.evaluation.summary import plain, scores_of, separation
 
@@ -34,13 +33,13 @@ UNNAMED = "detector"
 Scores = dict[str, dict[int, float]]
 
 
-def read_detectors(address: str | os.PathLike[str], entries: Sequence[Entry]) -> Scores:
+def read_detectors(path: str | os.PathLike[str], entries: Sequence[Entry]) -> Scores:
     """Read scores of other detectors for the films of a manifest.
 
-    Parameters: address: a path, or an address for fsspec; entries: films, which the list names as the manifest does.
+    Parameters: entries: films, which the list names as the manifest does.
     Raises: SpecError where the file is no such list, names a film that the manifest has not, or one twice.
     """
-    name = os.fspath(address)
+    name = Path(path)
     lines: dict[str, list[int]] = {}
     for entry in entries:
         lines.setdefault(entry.name, []).append(entry.line)
@@ -97,28 +96,16 @@ def _of_line(detectors: Scores, line: int) -> dict[str, float]:
     return {name: scores[line] for name, scores in detectors.items() if line in scores}
 
 
-def _rows(name: str) -> Iterator[tuple[str, str, str, float]]:
+def _rows(path: Path) -> Iterator[tuple[str, str, str, float]]:
     """Where each line is, its film, its detector and its score, high for genuine.  Raises: SpecError."""
-    reader = csv.DictReader(io.StringIO(read_text(name), newline=""), strict=True)
-    try:
-        reader.fieldnames = [column.strip().lower() for column in reader.fieldnames or []]
-        kind = _kind(name, list(reader.fieldnames))
-        for row in reader:
-            cells = {column: str(row.get(column) or "").strip() for column in ("video", "detector", kind)}
-            if any(cells.values()):
-                where = f"line {reader.line_num} of {name}"
-                score = _score(where, cells[kind])
-                yield where, cells["video"], cells["detector"] or UNNAMED, score if kind == "score" else -score
-    except csv.Error as error:
-        raise SpecError(f"detector scores {name} cannot be read (no CSV: {error}); {EXAMPLE}") from error
-
-
-def _kind(name: str, columns: list[str]) -> str:
-    """The column of scores."""
+    columns, lines = read_list(path, "detector scores", ("video",), EXAMPLE)
     kinds = [column for column in ("score", "fake_score") if column in columns]
-    if "video" not in columns or len(kinds) != 1 or len(set(columns)) < len(columns):
-        raise SpecError(f"detector scores {name} have the columns {','.join(columns)[:80]!r}; {EXAMPLE}")
-    return kinds[0]
+    if len(kinds) != 1:
+        raise SpecError(f"detector scores {path} have the columns {','.join(columns)[:80]!r}; {EXAMPLE}")
+    for line, row in lines:
+        where = f"line {line} of {path}"
+        score = _score(where, row[kinds[0]])
+        yield where, row["video"], row.get("detector") or UNNAMED, score if kinds[0] == "score" else -score
 
 
 def _score(where: str, text: str) -> float:

@@ -1,10 +1,10 @@
-"""One film scored by one pipeline: a row of figures, its key, and the columns of `results/part-*.parquet`.
+"""One film scored by one pipeline: a row of figures, and its key.
 
 A row depends on film, claim and program, and not on the manifest's labels, so a collection can be relabelled without
 being scored again.
 Convention: verdict "failed" if the film could not be scored, with the reason in `error` and its kind in `fault`; the
     published pipeline reads no identity, so its verdict is about the motion alone.  Labels and groups are in the
-    manifest, and are joined to rows by `film`.  Each text of a column is also its `description` in the files.
+    manifest, and are joined to rows by `film`.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from msgspec import Meta, defstruct
+from msgspec import Meta, Struct
 
 from moireid.errors import MoireIdError
 from moireid.result_cache import program_digest
@@ -47,10 +47,10 @@ FIGURES = (
     "excitation_rad",
 )
 #: Format of a row; raise it if the content of rows changes.
-FORMAT = 5
+FORMAT = 6
 Row = dict[str, Any]
 #: Temporary faults: the next run tries such a film again.
-PASSING: frozenset[Fault] = frozenset({"fetch", "worker", "program"})
+PASSING: frozenset[Fault] = frozenset({"worker", "program"})
 
 
 @dataclass(frozen=True)
@@ -112,7 +112,7 @@ def failed_row(lost: LostJob) -> Row:
 
 
 def row_key(job: Job) -> str:
-    """Key of a row, from the film's address and stamp, claim, corners, pipeline and scoring program."""
+    """Key of a row, from the film's path and stamp, claim, corners, pipeline and scoring program."""
     entry = job.entry
     claimed, corners = entry.claimed, entry.corners
     parts = [
@@ -151,64 +151,34 @@ def _report(job: Job, film: Path) -> Report:
     return without_corners(report) if entry.corners else report
 
 
-#: Kinds of values by the type of a column, and values of those that have few.
-_KINDS: dict[str, Any] = {"string": str, "double": float, "int64": int, "bool": bool, "list<string>": list[str]}
-_VALUES: dict[str, Any] = {
-    "verdict": Literal["accept", "reject", "inconclusive", "failed"],
-    "fault": Literal["film"] | None,
-    "sha256": Annotated[str, Meta(pattern=r"^[0-9a-f]{64}\Z")] | None,
-    "seconds": float,
-    "codes": list[str],
-    "again": Literal[False],
-}
-COLUMNS: dict[str, tuple[str, str]] = {
-    "key": ("string", "names the row: film, claim, pipeline and program that scored; no two rows have one key"),
-    "film": ("string", "address of the film"),
-    "sha256": ("string", "of the film's content; null where it was not read"),
-    "claim": ("string", "first 16 hex digits of the SHA-256 of the claimed badge's JSON"),
-    "pipeline": ("string", "moireid, or published: the published baseline"),
-    "program": ("string", "digest of the sources that scored"),
-    "verdict": ("string", "accept, reject, inconclusive; failed: could not be scored"),
-    "motion": ("string", "verdict of the motion alone"),
-    "identity": ("string", "match, mismatch, unreadable, not_claimed"),
-    "score": (
-        "double",
-        "moireid: decadic log of the odds of the law over its rivals; published: greatest |rho| of a window",
-    ),
-    "window_correlation_mean": ("double", "mean of |rho| over windows of 30 frames, in both pipelines"),
-    "window_correlation_max": ("double", "the greatest of these windows; null in moireid"),
-    "window_correlation_min": ("double", "the least; null in moireid"),
-    "window_correlation_sd": ("double", "their standard deviation; null in moireid"),
-    "correlation": ("double", "|rho| of measured and predicted phase over the whole film"),
-    "gain_ratio": ("double", "measured over predicted phase, 1 for genuine; null in published"),
-    "gain_sd": ("double", "its standard error"),
-    "phase_residual_rad": ("double", "what is left over, radians"),
-    "excitation_rad": ("double", "standard deviation of the predicted phase, radians"),
-    "cover": ("double", "share of the film that the verdict is of, 0 to 1; null in published"),
-    "sealed": (
-        "list<string>",
-        "parts of the seal that held while the film was read, as `sealed` of a report; null: it was not read",
-    ),
-    "decoder": ("string", "program that decoded the film, with its version"),
-    "frames": ("int64", "frames read"),
-    "tracked": ("int64", "frames in which the badge was followed"),
-    "seconds": ("double", "that scoring took, on one processor, fetching apart"),
-    "codes": ("list<string>", "of the reasons that keep the film from being accepted"),
-    "reason": ("string", "the first of them, in words"),
-    "error": ("string", "why the film could not be scored"),
-    "fault": ("string", "kind of that: film, crash, time, memory, program, fetch, worker"),
-    "again": ("bool", "whether the next run tries once more, as the fault may pass"),
-    "worker": ("string", "name of the worker that scored it; here: no cluster"),
-}
-#: What scoring a film may answer: the columns that it fills, each with a value of its type.
-ScoredRow = defstruct(
-    "ScoredRow",
-    [
-        (name, _VALUES.get(name, _KINDS[kind] | None))
-        for name, (kind, _) in COLUMNS.items()
-        if name not in ("key", "film", "claim", "pipeline", "program", "worker", "sealed")
-    ]
-    # Stated by the process that begins the one that reads the film.
-    + [("sealed", list[str] | None, None)],
-    forbid_unknown_fields=True,
-)
+class ScoredRow(Struct, forbid_unknown_fields=True):
+    """What scoring a film may answer; a row also has its key, film, claim, pipeline, program and worker.
+
+    sealed: stated by the process that begins the one that reads the film.
+    """
+
+    sha256: Annotated[str, Meta(pattern=r"^[0-9a-f]{64}\Z")] | None
+    verdict: Literal["accept", "reject", "inconclusive", "failed"]
+    motion: str | None
+    identity: str | None
+    score: float | None
+    window_correlation_mean: float | None
+    window_correlation_max: float | None
+    window_correlation_min: float | None
+    window_correlation_sd: float | None
+    correlation: float | None
+    gain_ratio: float | None
+    gain_sd: float | None
+    phase_residual_rad: float | None
+    excitation_rad: float | None
+    cover: float | None
+    decoder: str | None
+    frames: int | None
+    tracked: int | None
+    seconds: float
+    codes: list[str]
+    reason: str | None
+    error: str | None
+    fault: Literal["film"] | None
+    again: Literal[False]
+    sealed: list[str] | None = None

@@ -12,8 +12,6 @@ words of the prompts are ours.
 
 from __future__ import annotations
 
-import csv
-import io
 import os
 import re
 from collections.abc import Iterator, Sequence
@@ -26,9 +24,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.errors import MediaError, SpecError
-from moireid.files import MOST_TABLE_BYTES, planned, read_regular, whole_file, write_text
+from moireid.files import planned, whole_file, write_text
 from moireid.verifier.video import Film
-from moireid_lab.archive.addresses import fetched, is_address, joined
+from moireid_lab.evaluation.csv_lists import csv_text, read_list
 from moireid_lab.evaluation.manifest import Entry, Manifest
 
 #: Width, height and frames per second.
@@ -72,7 +70,7 @@ COLUMNS = (
     "corners",
 )
 OUTCOMES = ("", "kept", "discarded")
-MOST_FILM_MB = 4096.0
+MAKE_IT = "make the kit with moireid lab generator-kit cut"
 
 
 @dataclass(frozen=True)
@@ -88,7 +86,7 @@ class Yield:
 def cut(manifest: Manifest, base: str, folder: Path, *, formats: Sequence[str], overwrite: bool) -> list[Path]:
     """Make the kit of a list's genuine films.
 
-    Parameters: base: address of the list; formats: of `FORMATS`.
+    Parameters: base: path of the list; formats: of `FORMATS`.
     Returns: the files, pictures first.
     Raises: SpecError where the list has no genuine film or a file exists; MediaError where a film cannot be read.
     """
@@ -102,14 +100,13 @@ def cut(manifest: Manifest, base: str, folder: Path, *, formats: Sequence[str], 
     planned([*pictures.values(), *texts], overwrite=overwrite)
     (folder / "clips").mkdir(exist_ok=True)
     for entry in entries:
-        with fetched(entry.video, most_mb=MOST_FILM_MB) as path:
-            first = first_picture(path)
+        first = first_picture(Path(entry.video))
         for name in formats:
             with whole_file(pictures[entry.line, name]) as temporary:
                 cv2.imwrite(str(temporary), fitted(first, *FORMATS[name][:2]))
     prompts = [(name, paradigm, f"{moves} {ONE_TAKE}") for name, (paradigm, moves) in PROMPTS.items()]
-    write_text(texts[0], _csv(("prompt", "paradigm", "text"), prompts))
-    write_text(texts[1], _csv(COLUMNS, list(_asked(entries, formats, base, folder))))
+    write_text(texts[0], csv_text(("prompt", "paradigm", "text"), prompts))
+    write_text(texts[1], csv_text(COLUMNS, list(_asked(entries, formats, base, folder))))
     write_text(texts[2], _films([_genuine(entry, base, folder) for entry in entries]))
     return [*pictures.values(), *texts]
 
@@ -119,9 +116,13 @@ def listed(folder: Path) -> tuple[Path, list[Yield]]:
 
     Raises: SpecError, with the line of the table that cannot be used.
     """
-    rows = _rows(folder / CLIPS, COLUMNS)
+    rows = read_list(folder / CLIPS, "table", COLUMNS, MAKE_IT)[1]
     made = [row for line, row in rows if _checked(folder, line, row)]
-    genuine = [row for _, row in _rows(folder / MANIFEST, ("video", "label")) if row["label"] == "genuine"]
+    genuine = [
+        row
+        for _, row in read_list(folder / MANIFEST, "list", ("video", "label"), MAKE_IT)[1]
+        if row["label"] == "genuine"
+    ]
     kept = [
         {
             "video": f"clips/{row['clip']}",
@@ -181,7 +182,7 @@ def _asked(entries: Sequence[Entry], formats: Sequence[str], base: str, folder: 
 
 def _genuine(entry: Entry, base: str, folder: Path) -> dict[str, str]:
     """A genuine film's line of the list, as seen from the kit."""
-    video = _from(entry.video, folder)
+    video = os.path.relpath(entry.video, folder)
     return {
         "video": video,
         "label": "genuine",
@@ -193,11 +194,11 @@ def _genuine(entry: Entry, base: str, folder: Path) -> dict[str, str]:
 
 def _claim(entry: Entry, base: str, folder: Path) -> str:
     """The claim: a badge's file as seen from the kit, or a name or id as it is."""
-    return _from(joined(base, entry.claim), folder) if entry.claim.lower().endswith(".json") else entry.claim
-
-
-def _from(address: str, folder: Path) -> str:
-    return address if is_address(address) else os.path.relpath(address, folder)
+    return (
+        os.path.relpath(Path(base).parent / entry.claim, folder)
+        if entry.claim.lower().endswith(".json")
+        else entry.claim
+    )
 
 
 def _checked(folder: Path, line: int, row: dict[str, str]) -> bool:
@@ -226,29 +227,7 @@ def _yield(name: str, rows: Sequence[dict[str, str]]) -> Yield:
     )
 
 
-def _rows(path: Path, columns: Sequence[str]) -> list[tuple[int, dict[str, str]]]:
-    """The lines of a table of the kit, each with its number.  Raises: SpecError."""
-    try:
-        text = read_regular(path, MOST_TABLE_BYTES).decode("utf-8-sig")
-        reader = csv.DictReader(io.StringIO(text, newline=""), restval="", strict=True)
-        rows = [(reader.line_num, {k: (v or "").strip() for k, v in row.items() if k}) for row in reader]
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise SpecError(f"{path} cannot be read ({error}); make the kit with moireid lab generator-kit cut") from error
-    lacking = [name for name in columns if name not in (reader.fieldnames or ())]
-    if lacking:
-        raise SpecError(f"{path} has no column {lacking[0]}; its columns are {', '.join(columns)}")
-    return rows
-
-
 def _films(rows: Sequence[dict[str, str]]) -> str:
     """The list that `evaluate` reads."""
     columns = ("video", "label", "claim", "group", "corners")
-    return _csv(columns, [tuple(row.get(name, "") for name in columns) for row in rows])
-
-
-def _csv(header: Sequence[str], rows: Sequence[Sequence[Any]]) -> str:
-    text = io.StringIO()
-    lines = csv.writer(text, lineterminator="\n")
-    lines.writerow(header)
-    lines.writerows(rows)
-    return text.getvalue()
+    return csv_text(columns, [tuple(row.get(name, "") for name in columns) for row in rows])

@@ -1,7 +1,6 @@
 """The list of a labelled collection, read and fully checked before any film is opened.
 
-Convention: the manifest and the files in it are given by address (`archive.addresses`): plain paths, or s3://... if the
-    protocol's package is installed.  Paths are relative to the manifest. A label is `genuine`, `forged` or
+Convention: paths are relative to the manifest.  A label is `genuine`, `forged` or
     `forged:KIND`, as `moireid simulate` writes into the truth of a film.  A claim is the path of a badge file (it ends
     with .json), or a name or id in the registry.  An empty claim means the badge given on the command line.  An empty
     group means the label.
@@ -9,30 +8,24 @@ Convention: the manifest and the files in it are given by address (`archive.addr
 
 from __future__ import annotations
 
-import csv
-import io
 import os
 import re
-from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from pathlib import Path
 
 from moireid.asbuilt import AsBuilt, DatedFigures, as_built_from_json, dated_figures
 from moireid.badge import Badge, load_badge
 from moireid.errors import MoireIdError, SpecError
 from moireid.provenance import Exclusion
 from moireid.registry import Record, Registry, open_registry
-from moireid_lab.archive.addresses import fetched, is_address, joined, read_text, stamp
-from moireid_lab.baseline.corners import ENTRIES, Corners, corners_from, read_corners
+from moireid_lab.baseline.corners import Corners, corners_from
+from moireid_lab.evaluation.csv_lists import read_list
 
 COLUMNS = ("video", "label", "claim", "group")
 OPTIONAL = ("corners",)
 EXAMPLE = f"give a CSV file whose first line is {','.join(COLUMNS)}, with corners as a fifth column if need be"
 LABEL = re.compile(r"genuine|forged(:[\w.-]+)?")
-#: Number of threads that check films, as remote storage answers slowly.
-LOOKERS = 16
-#: Largest badge file or file of corners.
-MOST_MB = 16.0
+ADVICE = "write its path relative to the manifest"
 
 
 @dataclass(frozen=True)
@@ -49,7 +42,7 @@ class ManifestClaim:
 class Entry:
     """One film of the collection.
 
-    line: number in the manifest; name: the film as written there; video: its address; stamp: as `addresses.stamp`.
+    line: number in the manifest; name: the film as written there; video: its path; stamp: as the function.
     """
 
     line: int
@@ -77,25 +70,24 @@ class Manifest:
 
 
 def read_manifest(
-    address: str | os.PathLike[str], *, registry_url: str | None = None, badge: Badge | None = None
+    path: str | os.PathLike[str], *, registry_url: str | None = None, badge: Badge | None = None
 ) -> Manifest:
     """Read a manifest, with every badge and every corner file that it names.
 
-    Parameters: address: a path, or an address for fsspec.  registry_url: of the registry for names and ids, None for
-        the default; it is opened only if needed.  badge: for films without a claim.
+    Parameters: registry_url: of the registry for names and ids, None for the default; it is opened only if needed.
+        badge: for films without a claim.
     Raises: SpecError if the file is not such a list, or has bad rows; the first is named and the rest are counted.
     """
-    base = os.fspath(address)
-    base = base if is_address(base) else os.path.abspath(base)
-    header, rows = _rows(base)
-    claims = _Claims(base, registry_url, badge)
+    base = Path(path).absolute()
+    header, rows = read_list(base, "manifest", COLUMNS, EXAMPLE)
+    claims = _Claims(base.parent, registry_url, badge)
     entries, wrong = [], []
     try:
-        for (line, row), looked in zip(rows, _stamps(base, [row["video"] for _, row in rows]), strict=True):
+        for line, row in rows:
             try:
-                entries.append(_entry(line, row, base, looked, claims))
+                entries.append(_entry(line, row, base.parent, claims))
             except MoireIdError as error:
-                wrong.append(f"line {line} of {_short(base)} ({row['video'][:60]!r}): {error}")
+                wrong.append(f"line {line} of {base.name} ({row['video'][:60]!r}): {error}")
     finally:
         claims.close()
     if wrong:
@@ -106,88 +98,35 @@ def read_manifest(
     return Manifest(tuple(entries), tuple(name for name in header if name not in (*COLUMNS, *OPTIONAL)))
 
 
-def _rows(base: str) -> tuple[list[str], list[tuple[int, dict[str, str]]]]:
-    """The columns, and number and cells of each non-empty line."""
+def stamp(film: Path) -> str:
+    """What changes with a file: its size and time.  Raises: SpecError if there is no such file."""
     try:
-        reader = csv.reader(io.StringIO(read_text(base), newline=""), strict=True)
-        lines = [(reader.line_num, [cell.strip() for cell in row]) for row in reader]
-    except csv.Error as error:
-        raise SpecError(f"manifest {base} cannot be read (no CSV: {error}); {EXAMPLE}") from error
-    except SpecError as error:
-        raise SpecError(f"manifest {error}; {EXAMPLE}") from error
-    header = [name.lower() for name in lines[0][1]] if lines else []
-    lacking = [name for name in COLUMNS if name not in header]
-    if lacking or len(set(header)) < len(header):
-        fault = f"has no column {' and no column '.join(lacking)}" if lacking else "names a column twice"
-        raise SpecError(f"manifest {base} {fault}, its first line is {','.join(header)[:80]!r}; {EXAMPLE}")
-    rows = []
-    for line, cells in lines[1:]:
-        if not any(cells):
-            continue
-        if len(cells) > len(header):
-            raise SpecError(
-                f"line {line} of {_short(base)} has {len(cells)} cells, the first line {len(header)}; put names that "
-                "hold a comma in double quotes"
-            )
-        rows.append((line, dict.fromkeys(header, "") | dict(zip(header, cells, strict=False))))
-    return header, rows
+        found = film.stat()
+    except OSError as error:
+        raise SpecError(f"there is no film {str(film)!r} ({error.strerror}); {ADVICE}") from error
+    if not film.is_file():
+        raise SpecError(f"there is no film {str(film)!r} (it is a folder); {ADVICE}")
+    return f"{found.st_size} {found.st_mtime_ns}"
 
 
-def _short(base: str) -> str:
-    """The file's own name, for messages."""
-    return base.rpartition("/")[2]
-
-
-def _stamps(base: str, names: Sequence[str]) -> list[str | MoireIdError]:
-    """The stamp of each film, or the error on access."""
-
-    def look(name: str) -> str | MoireIdError:
-        try:
-            if not name:
-                raise SpecError("there is no film '' (the line names none); write its path relative to the manifest")
-            return stamp(joined(base, name))
-        except MoireIdError as error:
-            return error
-
-    with ThreadPoolExecutor(LOOKERS) as pool:
-        return list(pool.map(look, names))
-
-
-def _entry(line: int, row: dict[str, str], base: str, looked: str | MoireIdError, claims: _Claims) -> Entry:
+def _entry(line: int, row: dict[str, str], folder: Path, claims: _Claims) -> Entry:
     """One line, checked.  Raises: MoireIdError if it cannot be used."""
-    label = row["label"]
-    if not isinstance(looked, str):
-        raise looked
+    video, label = folder / row["video"], row["label"]
+    if not row["video"]:
+        raise SpecError(f"there is no film '' (the line names none); {ADVICE}")
+    known = stamp(video)
     if not LABEL.fullmatch(label):
         raise SpecError(f"label {label[:40]!r} is not known; give genuine, forged, or forged:KIND")
-    corners = _corners(base, row["corners"]) if row.get("corners") else None
+    corners = corners_from(row["corners"], folder) if row.get("corners") else None
     claimed = claims.find(row["claim"])
-    return Entry(
-        line,
-        row["video"],
-        joined(base, row["video"]),
-        looked,
-        label,
-        row["claim"],
-        row["group"] or label,
-        claimed,
-        corners,
-    )
-
-
-def _corners(base: str, given: str) -> Corners:
-    """Corners from the cell itself, or from a file by address."""
-    if ENTRIES.fullmatch(given.strip()):
-        return corners_from(given)
-    with fetched(joined(base, given), most_mb=MOST_MB) as path:
-        return read_corners(path)
+    return Entry(line, row["video"], str(video), known, label, row["claim"], row["group"] or label, claimed, corners)
 
 
 class _Claims:
     """Looks up claims, each one once."""
 
-    def __init__(self, base: str, registry_url: str | None, badge: Badge | None) -> None:
-        self._base, self._url, self._badge = base, registry_url, badge
+    def __init__(self, folder: Path, registry_url: str | None, badge: Badge | None) -> None:
+        self._folder, self._url, self._badge = folder, registry_url, badge
         self._registry: Registry | None = None
         self._found: dict[str, ManifestClaim] = {}
 
@@ -208,8 +147,7 @@ class _Claims:
                 raise SpecError("it has no claim, and no badge is given for such films; fill it in, or add --badge")
             return ManifestClaim(self._badge)
         if claim.lower().endswith(".json"):
-            with fetched(joined(self._base, claim), most_mb=MOST_MB) as path:
-                return ManifestClaim(load_badge(path))
+            return ManifestClaim(load_badge(self._folder / claim))
         if self._registry is None:
             self._registry = open_registry(self._url, create=False)
             self._registry.standing()

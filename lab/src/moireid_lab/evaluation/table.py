@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from typing import Any
 
 from moireid_lab.evaluation.summary import VERDICTS
+from moireid_lab.evaluation.text_table import table_lines
 
 Document = dict[str, Any]
 WIDTH = 26
@@ -24,34 +25,37 @@ def table(document: Document) -> str:
     return "\n".join(lines)
 
 
-def _groups(groups: list[Document]) -> list[str]:
+def _groups(groups: list[Document]) -> Iterator[str]:
     """A line for each group and label."""
-    width = max(len("group"), *(len(row["group"][:WIDTH]) for row in groups)) + 2
-    wide = max(len("label"), *(len(row["label"][:WIDTH]) for row in groups)) + 2
-    counted = ("films", "scored", "accept", "reject", "incon.", "failed")
+    counted = dict(zip(("accept", "reject", "incon.", "failed"), VERDICTS, strict=True))
     names = ("mean", "sd", "least", "median", "most")
-    head = f"  {'group':<{width}}{'label':<{wide}}" + "".join(f"{name:>8}" for name in counted)
-    lines = [head + "".join(f"{name:>9}" for name in names)]
-    for row in groups:
-        counts = [row["films"], row["scored"], *(row["verdicts"][verdict]["films"] for verdict in VERDICTS)]
-        lines.append(
-            f"  {row['group'][:WIDTH]:<{width}}{row['label'][:WIDTH]:<{wide}}"
-            + "".join(f"{n:>8}" for n in counts)
-            + "".join(f"{_number(row[name]):>9}" for name in names)
-        )
-    return lines
+    columns = {
+        name: f"<{2 + max(len(name), *(len(row[name][:WIDTH]) for row in groups))}" for name in ("group", "label")
+    }
+    columns |= dict.fromkeys(("films", "scored", *counted), ">8") | dict.fromkeys(names, ">9.3f")
+    rows = (
+        row
+        | {name: row[name][:WIDTH] for name in ("group", "label")}
+        | {name: row["verdicts"][verdict]["films"] for name, verdict in counted.items()}
+        for row in groups
+    )
+    return table_lines(rows, columns)
+
+
+def _table(heading: str, rows: Iterable[tuple[str, Sequence[str]]], names: Collection[str]) -> list[str]:
+    """A line for each figure: its name, and a cell for each of the names."""
+    columns = {heading: f"<{max(40, len(heading))}"} | dict.fromkeys(names, ">26")
+    shown = ({heading: name} | dict(zip(names, cells, strict=True)) for name, cells in rows)
+    return list(table_lines(shown, columns))
 
 
 def _side_by_side(document: Document) -> list[str]:
     """The figures of each pipeline in one column, and those of the paper next to them."""
     pipelines, paper = list(document["pipelines"].values()), document["paper"]
-    wide = 26
-    names = (*document["pipelines"], "paper, other films")
-    lines = [f"{'95 % intervals in brackets':<40}" + "".join(f"{name:>{wide}}" for name in names)]
+    rows: list[tuple[str, Sequence[str]]] = []
 
     def line(name: str, cell: Callable[[Document], str], of_paper: str = "") -> None:
-        cells = "".join(f"{cell(p):>{wide}}" for p in pipelines) + f"{of_paper:>{wide}}"
-        lines.append(f"{name:<40}{cells}".rstrip())
+        rows.append((name, [*map(cell, pipelines), of_paper]))
 
     def ranged(part: str, name: str) -> Callable[[Document], str]:
         return lambda p: _ranged(p[part].get(name), p[part].get(f"{name}_interval"))
@@ -102,40 +106,32 @@ def _side_by_side(document: Document) -> list[str]:
         for name, figures in document["pipelines"].items()
         if "missing" in figures["scored_films"]
     )
-    return lines + ([missing] if missing else [])
+    names = (*document["pipelines"], "paper, other films")
+    return _table("95 % intervals in brackets", rows, names) + ([missing] if missing else [])
 
 
 def _attacks(pipelines: dict[str, Document]) -> list[str]:
     """Error rates in the terms of ISO/IEC 30107-3: a line for each kind of attack, the worst, and genuine films."""
     rates = [figures["iso_30107_3"] for figures in pipelines.values()]
-    head = f"{'ISO/IEC 30107-3, shares of all films':<40}" + "".join(f"{name:>26}" for name in pipelines)
-    lines = ["", head]
-
-    def line(name: str, cells: list[Document | None]) -> None:
-        lines.append(f"  {name[: WIDTH + 10]:<38}" + "".join(f"{_rate(cell) if cell else '-':>26}" for cell in cells))
-
+    found: list[tuple[str, list[Document | None]]] = []
     for k, attack in enumerate(rates[0]["attacks"]):
-        line(f"APCER {attack['kind']}", [one["attacks"][k]["apcer"] for one in rates])
-        line("  no answer (APNRR)", [one["attacks"][k]["apnrr"] for one in rates])
-    line("APCER, greatest of any kind", [one["apcer_max"] for one in rates])
-    line("BPCER", [one["bpcer"] for one in rates])
-    line("  no answer (BPNRR)", [one["bpnrr"] for one in rates])
-    return lines
+        found.append((f"  APCER {attack['kind'][:WIDTH]}", [one["attacks"][k]["apcer"] for one in rates]))
+        found.append(("    no answer (APNRR)", [one["attacks"][k]["apnrr"] for one in rates]))
+    found.append(("  APCER, greatest of any kind", [one["apcer_max"] for one in rates]))
+    found.append(("  BPCER", [one["bpcer"] for one in rates]))
+    found.append(("    no answer (BPNRR)", [one["bpnrr"] for one in rates]))
+    rows = [(name, [_rate(cell) if cell else "-" for cell in cells]) for name, cells in found]
+    return ["", *_table("ISO/IEC 30107-3, shares of all films", rows, pipelines)]
 
 
 def _by_group(pipelines: dict[str, Document]) -> list[str]:
     """AUC of each group; films without a score rank lowest."""
-    first = next(iter(pipelines.values()))["by_group"]
-    if not first:
-        return []
-    lines = ["", f"{'AUC by group (all films)':<30}{'against':<14}" + "".join(f"{name:>26}" for name in pipelines)]
-    for k, row in enumerate(first):
-        cells = [figures["by_group"][k] for figures in pipelines.values()]
-        lines.append(
-            f"  {row['group'][:WIDTH]:<28}{row['against']:<14}"
-            + "".join(f"{_ranged(cell['auc'], cell['auc_interval']):>26}" for cell in cells)
-        )
-    return lines
+    groups = [figures["by_group"] for figures in pipelines.values()]
+    rows = [
+        (f"  {row['group'][:WIDTH]}, against {row['against']}", [_area(of[k]) for of in groups])
+        for k, row in enumerate(groups[0])
+    ]
+    return ["", *_table("AUC by group (all films)", rows, pipelines)] if rows else []
 
 
 def _detectors(detectors: dict[str, Document]) -> list[str]:
@@ -143,15 +139,18 @@ def _detectors(detectors: dict[str, Document]) -> list[str]:
     if not detectors:
         return []
     pipelines = list(next(iter(detectors.values()))["ours_on_these"])
-    names = ("its own", *pipelines)
-    lines = ["", f"{'AUC of other detectors (no part of a verdict)':<48}" + "".join(f"{name:>26}" for name in names)]
-    for name, found in detectors.items():
-        cells = [found["scored_films"], *(found["ours_on_these"][pipeline] for pipeline in pipelines)]
-        label = f"{name[:WIDTH]}, {found['films'] - found['without_score']} of {found['films']} films"
-        lines.append(
-            f"  {label:<46}" + "".join(f"{_ranged(one.get('auc'), one.get('auc_interval')):>26}" for one in cells)
+    rows = [
+        (
+            f"  {name[:WIDTH]}, {found['films'] - found['without_score']} of {found['films']} films",
+            [_area(one) for one in (found["scored_films"], *(found["ours_on_these"][each] for each in pipelines))],
         )
-    return lines
+        for name, found in detectors.items()
+    ]
+    return ["", *_table("AUC of other detectors (no part of a verdict)", rows, ("its own", *pipelines))]
+
+
+def _area(found: Document) -> str:
+    return _ranged(found.get("auc"), found.get("auc_interval"))
 
 
 def _failed(rows: list[Document]) -> list[str]:

@@ -13,7 +13,6 @@ from moireid.badge import Badge
 from moireid.designer import Request, design_badge
 from moireid.errors import FabricationError
 from moireid.fabrication.page.pdf import write_badge_pdf
-from moireid_lab.bench.fabricate.fabricate_suite import page_figures
 from moireid_lab.bench.fabricate.painted import edge_errors, painted_figures
 from moireid_lab.bench.fabricate.raster import Raster, paint, read_page, without_lines
 
@@ -117,16 +116,6 @@ def test_each_form_holds_its_edges_as_its_docstring_says(form, raster, dots, tmp
     assert max(map(abs, pitches)) < (10e-6 if form == "vector" else 60e-6)
     if dots > HALF:
         assert np.abs(errors).max() > 0.9, "the plain form has become better than its docstring says"
-
-
-@pytest.mark.slow
-def test_figures_of_several_badges_are_put_together(tmp_path) -> None:
-    """Catches: badges that are all the same; a mean where the worst is claimed."""
-    installed("poppler")
-    row = page_figures("dots", 600, 0, 2)
-    assert row["poppler"]["badges"] == row["poppler"]["read"] == row["poppler"]["all_markers"] == 2
-    assert row["poppler"]["worst_dots"] <= HALF and 0 < row["poppler"]["pitch_ppm"] < 60
-    assert row["seconds"] > 0 and row["kilobytes"] > 10
 
 
 def test_a_file_that_is_no_page_is_reported(tmp_path) -> None:

@@ -13,7 +13,8 @@ from moireid.cli.witness_options import WitnessCheck, require, witness_check
 from moireid.errors import SpecError
 
 if TYPE_CHECKING:
-    from moireid.attest import CheckResult, RegistryAnswer
+    from moireid.attest import CheckResult
+    from moireid.provenance import AuthorityKey, BadgeHolder
 
 
 def _show_schema(context: click.Context, parameter: click.Parameter, asked: bool) -> None:
@@ -137,7 +138,7 @@ def check_command(
     found = check(read_envelope(envelope), film=film, key=key, identity=signer, authorities=authorities)
     if registry_url is not None or bundle_path is not None:
         answer = _answer(found, registry_url, bundle_path, trust, witness_check)
-        found = held_against(found, answer) if answer is not None else found
+        found = held_against(found, *answer) if answer is not None else found
     _check_signer_asked(found, envelope)
     if as_json:
         show_json(found.to_json())
@@ -174,13 +175,13 @@ def _answer(
     bundle_path: Path | None,
     trust: str | None,
     witnesses: WitnessCheck | None,
-) -> RegistryAnswer | None:
+) -> tuple[BadgeHolder, tuple[AuthorityKey, ...]] | None:
     """What a registry or its bundle says about the badge of a verdict; None where the verdict cannot be believed."""
     if registry_url is not None and bundle_path is not None:
         raise SpecError("--bundle replaces --registry; leave one of them out")
     if found.report is None:
         return None
-    from moireid.attest.registry_answer import RegistryAnswer, badge_of
+    from moireid.attest.registry_answer import badge_of
 
     badge_id = badge_of(found.report)
     if badge_id is None:
@@ -202,7 +203,7 @@ def _answer(
             holder, keys = holder_of(registry, badge_id), registry.authority_keys()
     if holder is None:
         raise SpecError(f"no one there holds badge {badge_id}; name the registry that issued it")
-    return RegistryAnswer(holder, keys)
+    return holder, keys
 
 
 def lines_of(found: CheckResult) -> list[str]:

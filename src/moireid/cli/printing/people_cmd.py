@@ -229,7 +229,7 @@ def _dressed(found: _List, badges: Sequence[Badge]) -> tuple[list[Badge], list[L
 def _dress(order: PrintOrder, path: Path, one: DesignResult, badge: Badge) -> tuple[Badge, Look | None]:
     """A badge with its row's lines, and what it wears.  Raises: SpecError that names the row."""
     from moireid.artwork.columns import dressed
-    from moireid.fabrication.page.dress import check_look
+    from moireid.fabrication.page.marks import check_look
 
     wear = order.wanted.wear
     usual = wear.look(order.wanted.request.axes)
@@ -244,7 +244,7 @@ def _dress(order: PrintOrder, path: Path, one: DesignResult, badge: Badge) -> tu
 def _notes(found: _List, badges: Sequence[Badge], looks: Sequence[Look | None], registry: Registry | None) -> list[str]:
     """The notes on a list: guesses, texts that are printed in part, namesakes and look-alikes."""
     from moireid.cli.issue_notes import alike_in_list_notes, look_alike_notes, namesake_notes
-    from moireid.fabrication.page.dress import look_notes
+    from moireid.fabrication.page.marks import look_notes
 
     set_in_part = [
         f"row {one.person.row}: {note}"

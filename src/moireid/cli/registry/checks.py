@@ -26,7 +26,7 @@ from moireid.cli.common import (
     show_json,
 )
 from moireid.cli.registry.records import registry_command, registry_group
-from moireid.cli.witness_options import QUORUM_OPTIONS, quorum_of
+from moireid.cli.witness_options import quorum_of, quorum_options
 from moireid.errors import SpecError
 from moireid.files import open_regular
 
@@ -35,13 +35,6 @@ if TYPE_CHECKING:
 
 #: The most findings that the audit prints for people; --json holds more.
 SHOWN = 20
-
-
-def quorum_options(command: Callable[..., None]) -> Callable[..., None]:
-    """Give a command the options by which witnesses are named."""
-    for option in reversed(QUORUM_OPTIONS):
-        command = option(command)
-    return command
 
 
 def _out_option(what: str) -> Callable[[Callable[..., None]], Callable[..., None]]:

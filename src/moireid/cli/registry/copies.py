@@ -41,18 +41,19 @@ def registry_rotate_key(registry: Registry, as_json: bool) -> None:
     Do it when people who could reach the key leave, or at fixed dates. If the old key was stolen, the thief could do
     the same: then send everybody the new fingerprint yourself, and the checkpoint of the change.
     """
+    old = registry.fingerprint
     with progress_bar("signing all records anew") as progress:
-        done = registry.rotate_key(progress)
-    key, shown = registry.key_here, registry.shown_url
+        records = registry.rotate_key(progress)
+    key, shown, new, head = registry.key_here, registry.shown_url, registry.fingerprint, registry.head()
     if as_json:
-        document = {"registry": shown, "old_fingerprint": done.old, "fingerprint": done.new}
-        show_json(document | {"records": done.records, "head": done.head, "key": str(key) if key else None})
+        document = {"registry": shown, "old_fingerprint": old, "fingerprint": new}
+        show_json(document | {"records": records, "head": head, "key": str(key) if key else None})
         return
-    echo(f"{shown} is signed by {done.new} from now on, and no longer by {done.old}")
-    echo(f"{done.records} records are signed anew; the change is log entry {done.head.split(':')[0]}")
+    echo(f"{shown} is signed by {new} from now on, and no longer by {old}")
+    echo(f"{records} records are signed anew; the change is log entry {head.split(':')[0]}")
     echo("make a checkpoint and give it to others: it shows that the change was yours")
     if key is not None:
-        echo(f"the new private key is {key}: keep a copy; that of {done.old} signs nothing here any more")
+        echo(f"the new private key is {key}: keep a copy; that of {old} signs nothing here any more")
 
 
 @registry_group.command("signer")

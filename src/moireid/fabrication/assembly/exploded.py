@@ -18,7 +18,7 @@ from dataclasses import dataclass
 
 from moireid.badge import Badge, Point, Rect
 from moireid.fabrication.page.canvas import PdfPage
-from moireid.fabrication.page.pdf import marker_squares
+from moireid.fabrication.page.marks import marker_squares
 from moireid.fabrication.process_figures import MountProcess
 from moireid.fabrication.sight import corners_in_frame, in_frame, sheet_pieces
 

@@ -19,7 +19,8 @@ from PIL import Image
 
 from moireid.badge import Badge, Grating, Point, Rect
 from moireid.fabrication.page.canvas import PdfPage
-from moireid.fabrication.page.preview import INK, PAPER, lines_over, rays_landed_mm, smooth_light, view_mm
+from moireid.fabrication.page.marks import INK, PAPER
+from moireid.fabrication.page.preview import lines_over, rays_landed_mm, smooth_light, view_mm
 from moireid.fabrication.sight import corners_in_frame, has_turned, in_frame, sheet_pieces
 from moireid.frames import own_rect
 from moireid.layers import is_smooth
@@ -209,7 +210,11 @@ def _place(sheet: PdfPage, picture: Image.Image, room: tuple[float, float, float
     """A picture in the middle of a room (x, y, width, height), as large as fits."""
     dot_mm = min(room[2] / picture.width, room[3] / picture.height)
     x = room[0] + (room[2] - picture.width * dot_mm) / 2
-    sheet.picture(picture, (x, room[1] + (room[3] - picture.height * dot_mm) / 2), dot_mm)
+    y = room[1] + (room[3] - picture.height * dot_mm) / 2
+    # A raster may count a dot that the picture's border merely touches, and stretch the picture over it.
+    inset = 0.05 * dot_mm
+    right, low = x + picture.width * dot_mm, y + picture.height * dot_mm
+    sheet.picture(picture, (x + inset, y + inset, right - inset, low - inset))
 
 
 def held(badge: Badge, sheet: PdfPage, area: Rect, *, taped: bool) -> None:

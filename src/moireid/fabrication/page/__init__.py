@@ -6,7 +6,7 @@ line_breaks.py where words break into rows, and how a word that is too long is d
 page_words.py  size and rows of words in a given room
 pdf.py         badge.pdf: its shapes in mm, the board at true scale, and the page of a line mask
 smooth_page.py  lines that bend, as stairs of dots or as outlines
-dress.py       the badge's artwork on the page and in the preview: words, pictures, QR code
+marks.py       what a board shows besides its lines, as one list: markers, words, pictures, QR code; its two writers
 preview.py     preview.png, the board as a camera 1 m away sees it; preview.webp, which moves
 chart_page.py  the pitch test sheet
 camera_page.py  the chart that a camera is calibrated with

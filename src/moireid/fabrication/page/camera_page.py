@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
-
 from moireid.camera_chart import COLUMNS, ROWS, SQUARE_MM, chart_board
 from moireid.fabrication.page.canvas import PdfPage
+from moireid.fabrication.page.marks import runs_mm
 from moireid.files import planned, whole_file
 from moireid.profiles import PAPERS_MM
 
@@ -30,20 +29,10 @@ def print_camera_chart(path: Path, paper: str, *, overwrite: bool = False) -> No
     part = SQUARE_MM / 8 / MODULES
     picture = chart_board().generateImage((COLUMNS * 8 * MODULES, ROWS * 8 * MODULES))
     left, top = (width - COLUMNS * SQUARE_MM) / 2, (height - ROWS * SQUARE_MM) / 2 - LINE_MM
-    black = [
-        (left + start * part, top + row * part, left + end * part, top + (row + 1) * part)
-        for row, line in enumerate(picture)
-        for start, end in _runs(line < 128)
-    ]
+    black = runs_mm(picture < 128, (left, top), part)
     with whole_file(path) as new:
         page = PdfPage(new, (width, height), "Camera chart")
         page.fill(black)
         for k, words in enumerate(WORDS):
             page.text(width / 2, top + ROWS * SQUARE_MM + (k + 1.5) * LINE_MM, words, points=TEXT_POINTS)
         page.save()
-
-
-def _runs(dark: np.ndarray) -> list[tuple[int, int]]:
-    """First and last-plus-one of each run of dark places in a line."""
-    borders = np.flatnonzero(np.diff(np.concatenate([[0], dark.astype(int), [0]])))
-    return [(int(start), int(end)) for start, end in borders.reshape(-1, 2)]

@@ -154,17 +154,14 @@ class PdfPage:
         if dash_mm:
             self.canvas.setDash([])
 
-    def picture(self, picture: Image.Image, corner_mm: tuple[float, float], dot_mm: float) -> None:
-        """Place a grey picture whose pixels are `dot_mm` wide; corner_mm: its upper left one."""
+    def picture(self, picture: Image.Image, rect: Rect) -> None:
+        """Stretch a picture over a rectangle."""
         from reportlab.lib.utils import ImageReader
 
-        dot = dot_mm * POINTS_PER_MM
-        # A raster may count a dot that the picture's border merely touches, and stretch the picture over it.
-        inset = 0.05 * dot
-        width, height = picture.width * dot, picture.height * dot
-        x, y = corner_mm[0] * POINTS_PER_MM, (self.height_mm - corner_mm[1]) * POINTS_PER_MM - height
-        reader = ImageReader(picture)
-        self.canvas.drawImage(reader, x + inset, y + inset, width - 2 * inset, height - 2 * inset)
+        (left, low), (right, high) = (
+            self._points(*self.place(*place)) for place in ((rect[0], rect[3]), (rect[2], rect[1]))
+        )
+        self.canvas.drawImage(ImageReader(picture), left, low, right - left, high - low, mask="auto")
 
     def stroke(self, x0: float, y0: float, x1: float, y1: float, width_mm: float = HAIRLINE_MM) -> None:
         """Draw a black line."""

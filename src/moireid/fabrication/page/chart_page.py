@@ -5,11 +5,8 @@ The lines, markers, crop marks and scale bars are those of a badge's page; only 
 
 from __future__ import annotations
 
-import math
 import tempfile
 from pathlib import Path
-
-import numpy as np
 
 from moireid.badge import Badge, load_badge
 from moireid.errors import FabricationError
@@ -28,8 +25,6 @@ LINE_MM = 4.2
 LABEL_GAP_MM, SIDE_GAP_MM = 2.0, 4.0
 #: Width of a band's number; its lines per inch are next to it.
 NUMBER_MM = 7.0
-#: Growth of lines that the ink strip can show, um; its coarse pitch over the fine one; its height.
-INK_STEPS_UM, INK_COARSE, INK_HIGH_MM = (0, 15, 30, 45, 60, 75, 90), 4, 5.0
 
 
 def print_chart(
@@ -96,9 +91,9 @@ def _write_words(sheet: PdfPage, chart: Badge) -> None:
         [
             f"Then:  moireid calibrate --chart {JSON} --band NUMBER --out my-lens.json",
             "or give, in place of the number, a photo of the whole board with all four squares.",
+            "The photo also shows by how much the printer widens lines: leave the lowest row of patches free.",
         ],
     )
-    _draw_eye_strip(sheet, chart, middle, chart.squares.centers_mm[3][1] - 0.6, room_mm)
     _fill_lines(sheet, chart, [line for patch in ink_patches(chart) for line in patch.lines_mm])
     for number, cell in enumerate(grating.cells, 1):
         baseline = (cell.rect_mm[1] + cell.rect_mm[3]) / 2 + 0.36 * LABEL_POINTS / POINTS_PER_MM
@@ -117,34 +112,6 @@ def _fill_lines(sheet: PdfPage, chart: Badge, lines: list[Rect]) -> None:
         dot_mm = find_printer(chart).dot_mm
         drawn = [on_dots(line, "x", dot_mm) for line in drawn]
     sheet.fill_drawn(drawn)
-
-
-def _draw_eye_strip(sheet: PdfPage, chart: Badge, middle: float, top: float, room_mm: float) -> None:
-    """A strip that shows the eye by how much the printer widens lines: coarse lines above, patches of fine ones below.
-
-    A growth g makes coarse lines of pitch P darker by g / P, and fine ones of pitch p by g / p.  A patch whose fine
-    lines are drawn narrower by c is as dark as the coarse ones where c = g (1 - p / P).
-    """
-    dot_mm = find_printer(chart).dot_mm
-    # No whole number of dots, so that rounded edges are right in the mean.
-    fine = (math.floor(chart.gratings[0].pitch_mm / dot_mm) + 0.382) * dot_mm
-    coarse, half = INK_COARSE * fine, INK_HIGH_MM / 2
-    left, wide = middle - room_mm / 2, room_mm / len(INK_STEPS_UM)
-    lines: list[Rect] = [
-        (x, top, x + coarse / 2, top + half) for x in np.arange(left, left + room_mm - coarse / 2, coarse)
-    ]
-    for k, growth_um in enumerate(INK_STEPS_UM):
-        dark = fine / 2 - growth_um / 1000 * (1 - 1 / INK_COARSE)
-        start = left + k * wide
-        lines += [(x, top + half, x + dark, top + INK_HIGH_MM) for x in np.arange(start, start + wide - fine, fine)]
-        sheet.text(start + wide / 2, top + INK_HIGH_MM + 2.4, f"{growth_um}", points=TEXT_POINTS)
-    _fill_lines(sheet, chart, lines)
-    words = (
-        "Ink growth, um: over which number are both halves equally dark from 5 m away? A photo reads the lowest row."
-    )
-    sheet.text(
-        middle, top - 1.4, words, points=TEXT_POINTS * min(1.0, room_mm / sheet.text_width_mm(words, TEXT_POINTS))
-    )
 
 
 def _lines(sheet: PdfPage, middle: float, first: float, room_mm: float, lines: list[str]) -> None:

@@ -15,18 +15,16 @@ The TrimBox is the board; viewers are asked not to scale.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
 import numpy as np
-from numpy.typing import NDArray
 
-from moireid.artwork.placing import ArtPiece
-from moireid.badge import Badge, Cell, CodedFrame, Grating, Lens, Point, Rect
+from moireid.artwork.placing import Look
+from moireid.badge import Badge, Cell, Grating, Lens, Rect
 from moireid.dots import INSET_DOTS, ink_growth_mm, nearest_dot
 from moireid.errors import SpecError
 from moireid.fabrication.page.canvas import POINTS_PER_MM, PdfPage
-from moireid.fabrication.page.lettering import name_note
-from moireid.fabrication.page.page_words import SetWords, set_words
+from moireid.fabrication.page.marks import Mark, draw_marks, marker_marks, marks
 from moireid.fabrication.page.smooth_page import draw_smooth_lines
 from moireid.fabrication.sight import sheet_rects
 from moireid.files import AnyPath, as_path, whole_file
@@ -40,13 +38,10 @@ CROP_GAP_MM = 2.0
 SCALE_BAR_MM = 150.0
 #: Printers leave a rim of 3 to 5 mm white.
 RIM_MM = 3.0
-#: White between words and a frame or the board's edge, and the least room for words, mm.
-LETTERING_GAP_MM, LEAST_LETTERING_MM = 1.0, 2.0
 #: Air between a crop mark and a scale bar, and the least length of a mark; a mark that would be shorter stays whole.
 BAR_GAP_MM, LEAST_MARK_MM = 0.5, 2.0
 #: From the end of the level scale bar to the upright one, mm: room for a ruler.
 BARS_APART_MM = 8.0
-NAME_POINTS = 20.0
 SMALL_POINTS = 7.0
 
 
@@ -69,51 +64,6 @@ def dark_lines(grating: Grating, cell: Cell, ink_mm: float = 0.0) -> list[Rect]:
         if stop - start > 1e-9:
             lines.append(own_rect(grating.axis, (start, top, stop, bottom)))
     return lines
-
-
-def marker_squares(badge: Badge) -> list[tuple[Rect, list[Rect]]]:
-    """For each marker its black square and, within, the runs of white modules; or a frame's sides and their notches.
-
-    Convention: markers upright on the page, module rows from top to bottom.
-    Returns: four pairs (black rectangle, white rectangles), page mm.
-    """
-    if isinstance(badge.markers, CodedFrame):
-        return [(side, badge.markers.notches_in(number)) for number, side in enumerate(badge.markers.dark_mm)]
-    squares = []
-    for identity, square in zip(badge.markers.ids, badge.markers.dark_mm, strict=True):
-        modules = marker_modules(badge.markers.dictionary, identity)
-        module_mm = badge.markers.size_mm / len(modules)
-        white: list[Rect] = []
-        for row, line in enumerate(modules):
-            edges = np.flatnonzero(np.diff(np.concatenate([[0], line.astype(int), [0]])))
-            for begin, end in edges.reshape(-1, 2):
-                left, top = square[0] + begin * module_mm, square[1] + row * module_mm
-                white.append((left, top, left + (end - begin) * module_mm, top + module_mm))
-        squares.append((square, white))
-    return squares
-
-
-def lettering_places(badge: Badge) -> tuple[tuple[Point, ...], float]:
-    """The four places between which name and id are written, and half the height of their room, page mm.
-
-    Convention: as `Markers.centers_mm`: the name between the first two, the id between the others.  A frame has no
-        markers; the places are then above and below it.
-    """
-    if not isinstance(badge.markers, CodedFrame):
-        return badge.markers.centers_mm, badge.markers.size_mm / 2
-    board, (x0, y0, x1, y1) = badge.outline_mm, badge.markers.rect_mm
-    half = max(min(y0 - board[1], board[3] - y1) / 2 - LETTERING_GAP_MM, LEAST_LETTERING_MM / 2)
-    upper, lower = (board[1] + y0) / 2, (board[3] + y1) / 2
-    return ((x0 - half, upper), (x1 + half, upper), (x1 + half, lower), (x0 - half, lower)), half
-
-
-def marker_modules(dictionary: str, identity: int) -> NDArray[np.bool_]:
-    """The modules of an ArUco marker with its black border, True where white; square, row by row from the top."""
-    import cv2
-
-    known = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, dictionary))
-    side = known.markerSize + 2
-    return np.asarray(cv2.aruco.generateImageMarker(known, identity, side)) > 127
 
 
 def crop_marks(board: Rect, length_mm: float = CROP_MARK_MM) -> list[tuple[float, float, float, float]]:
@@ -157,6 +107,7 @@ def write_badge_pdf(
     *,
     form: str | None = None,
     measured_scale: tuple[float, float] = (1.0, 1.0),
+    look: Look | None = None,
     write_words: Callable[[PdfPage, Badge], None] | None = None,
 ) -> None:
     """Write the badge's page, whole or not at all; page 1 is the badge at true scale.
@@ -172,8 +123,10 @@ def write_badge_pdf(
     measured_scale : (float, float)
         Measured size over true size of an earlier print, along x and y.  The page is drawn at the
         inverse scale, so that it is printed at true size.
+    look : Look, optional
+        The badge's artwork; None for name, lines and id alone.
     write_words : callable, optional
-        Writes the words on the board; None for the badge's name and id.
+        Writes all words on the board, in place of artwork, name and id.
 
     Raises
     ------
@@ -198,7 +151,9 @@ def write_badge_pdf(
         (x0, y0), (x1, y1) = sheet.place(board[0], board[1]), sheet.place(board[2], board[3])
         trim_mm = (x0, sheet.height_mm - y1, x1, sheet.height_mm - y0)
         sheet.canvas.setTrimBox([v * POINTS_PER_MM for v in trim_mm])
-        draw_board(sheet, badge, form, dot_mm, board, write_words)
+        draw_board(sheet, badge, form, dot_mm, board, marker_marks(badge) if write_words else marks(badge, look))
+        if write_words:
+            write_words(sheet, badge)
         draw_scale_bars(sheet, board)
         if badge.lens.kind == "mask":
             sheet.canvas.showPage()
@@ -212,20 +167,17 @@ def draw_board(
     form: str,
     dot_mm: float,
     block: Rect,
-    write_words: Callable[[PdfPage, Badge], None] | None = None,
+    found: Iterable[Mark],
     mark_mm: float = CROP_MARK_MM,
 ) -> None:
     """Draw all that belongs to one board, its crop marks included.
 
-    Parameters: block: the rectangle around which the sheet's scale bars are drawn, mm on the sheet; write_words: in
-        place of name and id; mark_mm: length of the crop marks.
+    Parameters: block: the rectangle around which the sheet's scale bars are drawn, mm on the sheet; found: all marks
+        of the board; mark_mm: length of the crop marks.
     """
     for grating in badge.gratings:
         draw_lines(sheet, badge, grating, form, dot_mm, ink_growth_mm(badge))
-    for square, white in marker_squares(badge):
-        sheet.fill([square])
-        sheet.fill(white, grey=1.0)
-    (write_words or _write_name)(sheet, badge)
+    draw_marks(sheet, found)
     bars, (left, top) = bar_places(sheet.page_mm, block), sheet.origin_mm
     for x0, y0, x1, y1 in crop_marks(badge.outline_mm, mark_mm):
         x0, y0, x1, y1 = clear_of_bars((x0 + left, y0 + top, x1 + left, y1 + top), sheet.page_mm, bars)
@@ -298,25 +250,6 @@ def on_dots(line: Rect, axis: Axis, dot_mm: float) -> Rect:
     begin, end = nearest_dot(np.array([line[k], line[k + 2]]), dot_mm)
     edges[k], edges[k + 2] = (begin + INSET_DOTS) * dot_mm, (max(end, begin + 1) - INSET_DOTS) * dot_mm
     return (edges[0], edges[1], edges[2], edges[3])
-
-
-def lettering_rows(badge: Badge) -> list[SetWords]:
-    """Name and id of a badge without artwork: the name between the upper markers, the id between the lower ones.
-
-    Raises: FabricationError for a name of which nothing can be printed; SpecError as `set_words`.
-    """
-    name_note(badge.name)
-    centers, half = lettering_places(badge)
-    middle = (centers[0][0] + centers[1][0]) / 2
-    aside = (centers[1][0] - centers[0][0]) / 2 - half - 3.0
-    rooms = [(middle - aside, y - half, middle + aside, y + half) for y in (centers[0][1], centers[3][1])]
-    name = ArtPiece("words", rooms[0], name=badge.name, points=NAME_POINTS)
-    return [*set_words(name, badge.id), *set_words(ArtPiece("id", rooms[1], least_points=0.0), badge.id)]
-
-
-def _write_name(sheet: PdfPage, badge: Badge) -> None:
-    for row in lettering_rows(badge):
-        sheet.line(row.x_mm, row.baseline_mm, row.line, points=row.points)
 
 
 def draw_scale_bars(sheet: PdfPage, block: Rect) -> None:

@@ -19,8 +19,7 @@ from PIL import Image, ImageChops, ImageDraw, ImageFilter
 
 from moireid.artwork.placing import Look
 from moireid.badge import Badge, Cell, Grating, Lens, Rect
-from moireid.fabrication.page.dress import dress_picture, look_of, paint_line
-from moireid.fabrication.page.pdf import lettering_rows, marker_squares
+from moireid.fabrication.page.marks import INK, PAPER, look_of, marks, paint_marks
 from moireid.files import whole_file
 from moireid.frames import bounds_of, own_rect
 from moireid.layers import is_smooth
@@ -35,7 +34,6 @@ USUAL_RANGE_M = (0.8, 2.5)
 RAYS = 48
 #: In a smooth field, where each pixel has lines of its own, each fourth of them.
 SMOOTH_STEP = 4
-INK, PAPER = 28, 250
 
 
 def view_mm(badge: Badge) -> float:
@@ -55,20 +53,16 @@ def write_preview(badge: Badge, path: Path, look: Look | None = None) -> Image.I
 def draw_preview(badge: Badge, look: Look | None = None) -> Image.Image:
     """The board, `PX_PER_MM` pixels to the millimetre: grey with name and id, or in colour with its artwork."""
     (picture,) = draw_fringes(badge)
-    look = look_of(badge, look)
-    if look is None:
-        for row in lettering_rows(badge):
-            paint_line(picture, badge, row, INK, PX_PER_MM)
-        return picture
-    picture = picture.convert("RGB")
-    dress_picture(picture, badge, look, PX_PER_MM)
+    if look_of(badge, look) is not None:
+        picture = picture.convert("RGB")
+    paint_marks(picture, marks(badge, look), badge.outline_mm[:2], PX_PER_MM)
     return picture
 
 
 def draw_fringes(
     badge: Badge, asides_mm: Sequence[tuple[float, float]] = ((0.0, 0.0),), px_per_mm: float = PX_PER_MM
 ) -> list[Image.Image]:
-    """Markers and fringes alone, grey, a picture for each place of the camera.
+    """Fringes alone, grey, a picture for each place of the camera.
 
     Parameters: asides_mm: the camera's x and y from the point in front of the board's middle.
     """
@@ -77,18 +71,7 @@ def draw_fringes(
     pictures = np.full((len(asides_mm), size[1], size[0]), PAPER, np.uint8)
     for grating in badge.gratings:
         _draw_grating(pictures, badge, grating, asides_mm, px_per_mm)
-    images = [Image.fromarray(picture) for picture in pictures]
-    for image in images:
-        _draw_markers(image, badge, px_per_mm)
-    return images
-
-
-def _draw_markers(image: Image.Image, badge: Badge, px_per_mm: float) -> None:
-    board, draw = badge.outline_mm, ImageDraw.Draw(image)
-    for square, white in marker_squares(badge):
-        for rect, grey_level in [(square, INK), *((module, PAPER) for module in white)]:
-            pixels = [round((v - board[k % 2]) * px_per_mm) for k, v in enumerate(rect)]
-            draw.rectangle((pixels[0], pixels[1], pixels[2] - 1, pixels[3] - 1), fill=grey_level)
+    return [Image.fromarray(picture) for picture in pictures]
 
 
 def _draw_grating(

@@ -6,7 +6,7 @@ import os
 import secrets
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, fields, replace
+from dataclasses import fields, replace
 from datetime import timedelta
 from pathlib import Path
 from typing import Any
@@ -41,15 +41,6 @@ SALT_BYTES = 16
 CHUNK = 2000
 
 
-@dataclass(frozen=True)
-class PublishResult:
-    """A bundle that was written: number of people, the log's head, and until when it counts."""
-
-    people: int
-    head: str
-    expires: str
-
-
 def publish(
     ledger: Ledger,
     path: Path,
@@ -59,7 +50,7 @@ def publish(
     overwrite: bool,
     progress: Progress | None,
     checkpoint: Checkpoint | None,
-) -> PublishResult:
+) -> Header:
     """What `Registry.publish` does."""
     planned([path], overwrite=overwrite, kept=[sqlite_file(ledger.url)])
     signer = ledger.signer()
@@ -90,7 +81,7 @@ def publish(
     with whole_file(path) as temporary:
         temporary.write_bytes(header.sealed_file(signer, content))
         read_bundle_file(temporary)
-    return PublishResult(len(people), str(head), header.expires)
+    return header
 
 
 def _check_present(checkpoint: Checkpoint, head: Head, ledger: Ledger) -> None:

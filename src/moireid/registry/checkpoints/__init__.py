@@ -4,9 +4,6 @@ note.py         signed notes: a text with signatures below it; public keys of th
 checkpoint.py   checkpoints: a log's size and root as a signed note
 cosignature.py  signatures of witnesses on checkpoints, and how many of them a reader asks for
 sources.py      checkpoints from a file, a folder or a web address
-watch.py        a log compared with checkpoints, entry by entry
 web.py          what is at a web address, with a deadline for the whole
-coverage.py     the part of a log that witnesses have seen
-newest.py       whether a record is the newest version in the log
 proof.py        a proof that a record is in the log, for a person without the registry
 """

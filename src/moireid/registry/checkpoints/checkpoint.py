@@ -13,37 +13,15 @@ from __future__ import annotations
 
 import base64
 import re
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 from moireid.errors import RegistryError
 from moireid.registry.canonical import utc_now
 from moireid.registry.checkpoints.note import opened, parted, signed_note
 from moireid.registry.keys import FINGERPRINT_DIGITS, Authority, Signs
-from moireid.registry.ledger import Ledger
 from moireid.registry.log_tree import LogTree
 
 ORIGIN = "moireid/registry/"
-
-
-@dataclass(frozen=True)
-class TreeHead:
-    """The lines of any log's checkpoint: origin, size, root (32 bytes), and extension lines."""
-
-    origin: str
-    size: int
-    root: bytes
-    extension: tuple[str, ...]
-
-
-def tree_head(text: str) -> TreeHead:
-    """What the text of a checkpoint says, of a log of any kind.  Raises: ValueError if it is none."""
-    origin, size, root, *more = [*text[:-1].split("\n"), "", ""]
-    content = base64.b64decode(root, validate=True)
-    # In ASCII alone: digits of other scripts would be read as numbers, too.
-    if not origin or re.fullmatch(r"0|[1-9]\d{0,17}", size, re.ASCII) is None or len(content) != 32:
-        raise ValueError("it does not begin with an origin, a size and a root")
-    return TreeHead(origin, int(size), content, tuple(more[:-2]))
 
 
 @dataclass(frozen=True)
@@ -96,17 +74,23 @@ class Checkpoint:
 def checkpoint_from(note: str, source: str) -> Checkpoint:
     """The checkpoint in a note; its signature is not checked.  Raises: RegistryError if the note is no checkpoint."""
     try:
-        head = tree_head(parted(note)[0])
-        fingerprint = head.origin.removeprefix(ORIGIN)
-        dates = [line.removeprefix("date ") for line in head.extension if line.startswith("date ")]
-        whole = head.size > 0 and re.fullmatch(f"[0-9a-f]{{{FINGERPRINT_DIGITS}}}", fingerprint)
-        if head.origin == fingerprint or not whole or len(dates) != 1:
+        origin, size, root, *extension = [*parted(note)[0][:-1].split("\n"), "", ""]
+        content, fingerprint = base64.b64decode(root, validate=True), origin.removeprefix(ORIGIN)
+        dates = [line.removeprefix("date ") for line in extension if line.startswith("date ")]
+        # In ASCII alone: digits of other scripts would be read as numbers, too.
+        if re.fullmatch(r"[1-9]\d{0,17}", size, re.ASCII) is None or len(content) != 32:
+            raise ValueError("it does not begin with an origin, a size and a root")
+        if (
+            origin == fingerprint
+            or not re.fullmatch(f"[0-9a-f]{{{FINGERPRINT_DIGITS}}}", fingerprint)
+            or len(dates) != 1
+        ):
             raise ValueError("it is not one of a moireid registry")
     except ValueError as error:
         raise RegistryError(
             f"{source} is no checkpoint ({error}); give a file that `moireid registry checkpoint` wrote"
         ) from error
-    return Checkpoint(fingerprint, head.size, head.root, dates[0], note)
+    return Checkpoint(fingerprint, int(size), content, dates[0], note)
 
 
 def sign_checkpoint(tree: LogTree, signer: Signs) -> Checkpoint:
@@ -114,28 +98,3 @@ def sign_checkpoint(tree: LogTree, signer: Signs) -> Checkpoint:
     fingerprint, date = signer.authority.fingerprint, utc_now()
     text = f"{ORIGIN}{fingerprint}\n{tree.size}\n{base64.b64encode(tree.root).decode()}\ndate {date}\n"
     return Checkpoint(fingerprint, tree.size, tree.root, date, signed_note(text, ORIGIN + fingerprint, signer))
-
-
-def signed_state(ledger: Ledger, older: Sequence[Checkpoint]) -> tuple[Checkpoint, list[tuple[int, list[bytes]]]]:
-    """The log signed as it is now; for each older checkpoint, its size and the proof of `merkle.consistent`.
-
-    Raises: RegistryError if it does not go on from the older checkpoints.
-    """
-    signer = ledger.signer()
-    with ledger.snapshot() as connection:
-        tree = ledger.tree_in(connection)
-        keys = {key.fingerprint: key for key in (*(one.old for one in ledger.rotations(connection)), ledger.authority)}
-        proofs = [(one.size, _proof(tree, one, ledger, keys.get(one.fingerprint, ledger.authority))) for one in older]
-        checkpoint = sign_checkpoint(tree, signer)
-    return checkpoint, proofs
-
-
-def _proof(tree: LogTree, older: Checkpoint, ledger: Ledger, authority: Authority) -> list[bytes]:
-    older.check(authority, f"of {older.date}")
-    proof = tree.consistency(older.size, older.root)
-    if proof is None:
-        raise RegistryError(
-            f"registry {ledger.shown} does not begin as its checkpoint of {older.date} says, so nothing is signed; "
-            "look with `moireid registry audit --since`"
-        )
-    return proof

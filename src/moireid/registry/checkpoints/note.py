@@ -60,7 +60,7 @@ class VerifierKey:
     @property
     def id(self) -> bytes:
         """Four bytes that distinguish one signer's line from another's; no proof of anything."""
-        return key_id(self.name, self.public, self.kind)
+        return hashlib.sha256(self.name.encode() + b"\n" + self.kind + self.public).digest()[:4]
 
     def line(self, signature: bytes) -> str:
         """The line of a signature, with its newline."""
@@ -72,11 +72,6 @@ def checked_name(name: str) -> str:
     if not name or not name.isprintable() or "+" in name or any(map(str.isspace, name)):
         raise ValueError("its name is empty, or holds a blank, a plus or a control character")
     return name
-
-
-def key_id(name: str, public: bytes, kind: bytes = ED25519) -> bytes:
-    """The id of a key, four bytes."""
-    return hashlib.sha256(name.encode() + b"\n" + kind + public).digest()[:4]
 
 
 def authority_key(name: str, authority: Authority) -> VerifierKey:

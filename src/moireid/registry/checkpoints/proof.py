@@ -16,7 +16,6 @@ from sqlalchemy import select
 from moireid.errors import RegistryError
 from moireid.registry.canonical import canonical_json, sha256_hex
 from moireid.registry.checkpoints.checkpoint import Checkpoint, checkpoint_from, sign_checkpoint
-from moireid.registry.checkpoints.newest import check_newest
 from moireid.registry.keys import Authority
 from moireid.registry.ledger import Ledger
 from moireid.registry.log import Line, LogEntry, check_hash, entry_hash, leaf_of
@@ -79,7 +78,7 @@ def proof_of(ledger: Ledger, record: Record) -> str:
 
     Raises: RegistryError if the record is not the newest one, or the private key is not on this machine.
     """
-    check_newest(ledger, record)
+    ledger.check_newest(record)
     signer = ledger.signer()
     with ledger.snapshot() as connection:
         tree = ledger.tree_in(connection)

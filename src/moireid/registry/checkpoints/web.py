@@ -2,31 +2,9 @@
 
 from __future__ import annotations
 
-import http.client
 import threading
 import urllib.error
 import urllib.request
-from typing import IO
-
-
-class _Redirects(urllib.request.HTTPRedirectHandler):
-    """Follows from web address to web address alone."""
-
-    def redirect_request(
-        self,
-        req: urllib.request.Request,
-        fp: IO[bytes],
-        code: int,
-        msg: str,
-        headers: http.client.HTTPMessage,
-        newurl: str,
-    ) -> urllib.request.Request | None:
-        if not newurl.lower().startswith(("http://", "https://")):
-            raise urllib.error.HTTPError(req.full_url, code, "it leads elsewhere", headers, fp)
-        return super().redirect_request(req, fp, code, msg, headers, newurl)
-
-
-_opener = urllib.request.build_opener(_Redirects)
 
 
 def fetched(address: str, most_bytes: int, most_s: float) -> bytes:
@@ -58,7 +36,7 @@ def _content(address: str, most_bytes: int, wait_s: float) -> bytes:
     """The first bytes of an answer.  Raises: OSError if there is none, or it ends before the length that it states."""
     request = urllib.request.Request(address, headers={"User-Agent": "moireid"})
     try:
-        with _opener.open(request, timeout=wait_s) as answer:
+        with urllib.request.urlopen(request, timeout=wait_s) as answer:
             content = bytes(answer.read(most_bytes))
             if answer.status != 200:
                 raise OSError(f"status {answer.status}")

@@ -14,6 +14,7 @@ import threading
 from collections.abc import Callable
 from multiprocessing.connection import Connection
 from pathlib import Path
+from typing import Literal
 
 import msgspec
 
@@ -31,25 +32,17 @@ NAMES = {domain: name for name, domain in DOMAINS.items()}
 LONGEST = 65536
 
 
-class MakeKey(msgspec.Struct, tag_field="do", tag="make"):
-    """Make a key pair.  The answer: "public", its public key, 64 hex digits."""
+class SignerMessage(msgspec.Struct, omit_defaults=True):
+    """What is asked of the process.
 
+    do: "make" a key pair (answer: "public", its public key, 64 hex digits); "know", whether the private key of `public`
+    is there (answer: "fingerprint"); "sign" a content of some kind, in base64 (answer: "signature", 128 hex digits).
+    """
 
-class KnowKey(msgspec.Struct, tag_field="do", tag="know"):
-    """Is the private key of this public one there?"""
-
-    public: str
-
-
-class SignText(msgspec.Struct, tag_field="do", tag="sign"):
-    """Sign a text of some kind, in base64.  The answer: "signature", 128 hex digits."""
-
-    public: str
-    kind: str
-    content: bytes
-
-
-SignerMessage = MakeKey | KnowKey | SignText
+    do: Literal["make", "know", "sign"]
+    public: str = ""
+    kind: str = ""
+    content: bytes = b""
 
 
 #: First lines of notes (`checkpoints/checkpoint.py`, `bundle/bundle_file.py`), before the authority's fingerprint.
@@ -110,7 +103,7 @@ class AskingSigner:
         self._path, self._lock = path, threading.Lock()
         self._line: Connection | None = None
         self.authority = authority
-        self._ask(KnowKey(authority.public_hex))
+        self._ask(SignerMessage("know", authority.public_hex))
 
     def sign(self, domain: bytes, content: bytes) -> str:
         """The signature over `content` in `domain`, 128 hex digits.
@@ -125,7 +118,7 @@ class AskingSigner:
 
     def _signature(self, kind: str, content: bytes, domain: bytes, signed: bytes) -> str:
         """Parameters: content: what the process gets; signed: what it signs in `domain`."""
-        signature = self._ask(SignText(self.authority.public_hex, kind, content)).get("signature")
+        signature = self._ask(SignerMessage("sign", self.authority.public_hex, kind, content)).get("signature")
         # An invalid signature would make the registry unsound, and no one would know since when.
         if not self.authority.signed(domain, signed, signature):
             raise RegistryError(f"the signer at {self._path} gave a signature that does not hold; start it anew")
@@ -171,7 +164,7 @@ def make_key() -> tuple[Signs, Path | None]:
     def exchange(message: bytes) -> bytes:
         return _once(_connected(path), message)
 
-    return AskingSigner(path, Authority(_answer(path, MakeKey(), exchange)["public"])), None
+    return AskingSigner(path, Authority(_answer(path, SignerMessage("make"), exchange)["public"])), None
 
 
 def signer_address() -> str | None:

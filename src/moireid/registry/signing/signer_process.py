@@ -30,8 +30,6 @@ from moireid.registry.signing.client import (
     DOMAINS,
     LOG_ENTRY,
     LONGEST,
-    KnowKey,
-    MakeKey,
     SignerMessage,
     entry_of,
     of_kind,
@@ -58,12 +56,12 @@ class Keys:
         """The answer to a message; "refused" with a sentence if it is refused."""
         try:
             asked = msgspec.json.decode(message, type=SignerMessage)
-            if isinstance(asked, MakeKey):
+            if asked.do == "make":
                 made = new_key()[0].authority.public_hex
                 self._fresh.add(made)
                 return {"public": made}
             signer = self._signer(asked.public)
-            if isinstance(asked, KnowKey):
+            if asked.do == "know":
                 return {"fingerprint": signer.authority.fingerprint}
             if asked.kind == LOG_ENTRY:
                 return self._entry(signer, asked.content)

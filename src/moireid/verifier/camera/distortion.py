@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-#: With this share of r^2 the two strengths are independent over lenses as sold (`benchmarks/lens_profiles.py --fit`).
+#: With this share of r^2 the two strengths are independent over lenses as sold (gyroflow's table of lenses).
 MIDDLE = 0.4
 #: Beyond this distance from the axis, which no lens shows, a distortion grows no further.
 FAR = 1.0

@@ -7,7 +7,7 @@ that films with this score are honest, where as many are honest as forged, cappe
 Odds are no probability: how many films are forged in the first place is not known here.
 
 Convention: gain is measured over predicted phase, +1 for a genuine badge; all angles in rad.
-Source: logistic regression of honest against forged films on the score (Platt 1999), by `benchmarks/priors.py`; the
+Source: logistic regression of honest against forged films on the score (Platt 1999), by `moireid lab bench priors`; the
     verbal scale is that of the ENFSI guideline for evaluative reporting (2015).
 """
 

@@ -12,7 +12,7 @@ and is `FORGED_MIN_SHARE` to `FORGED_MAX_SHARE` of the motion, each octave equal
 | `places` | of the places within a strip from the strip |
 
 Convention: decadic logarithm of the law's odds, above 0 where the law is likelier.
-Source: Bayes; means and standard deviations by `benchmarks/priors.py`.
+Source: Bayes; means and standard deviations by `moireid lab bench priors`.
 """
 
 from __future__ import annotations

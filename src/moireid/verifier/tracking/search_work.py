@@ -16,7 +16,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-#: Work of decoding, a pixel.  Measured by `benchmarks/search_costs.py`, on films of a low bit rate, where it costs
+#: Work of decoding, a pixel.  Measured on films of a low bit rate, where it costs
 #: least.
 DECODED_NS = 1.5
 #: Work of a search for markers: a pixel and window, a run of dark ones, and a quadrangle whose cells are read; and of

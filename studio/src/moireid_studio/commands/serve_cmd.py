@@ -183,7 +183,6 @@ def serve_command(
         from moireid_studio.app import create_app
         from moireid_studio.auth.guard import address_parts
         from moireid_studio.http.addresses import checked_address
-        from moireid_studio.http.connections import ask_for_files
         from moireid_studio.http.logs import begin as begin_log
         from moireid_studio.http.server import serve
         from moireid_studio.settings import Limits, Settings, default_data
@@ -225,7 +224,6 @@ def serve_command(
         public_url=None if no_auth or public_url is None else checked_address(public_url),
         witness_check=witness_check,
     )
-    ask_for_files()
     with _signing():
         made = registry_url is None and not _default_is_there()
         app = create_app(settings)

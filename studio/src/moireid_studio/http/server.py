@@ -21,16 +21,14 @@ from limits.storage import MemoryStorage
 from limits.strategies import MovingWindowRateLimiter
 
 from moireid_studio.auth.tokens import Role
-from moireid_studio.http.connections import ConnectionLimits, limited
 from moireid_studio.problems import Refusal
 from moireid_studio.settings import Limits
 from moireid_studio.store.job import JobCounts
 
 #: How long answers that are on their way may take once the server is to stop.
 STOP_S = 5
-#: Connections that wait to be taken.  As many are taken at once, before the first of them can be ended: with those that
-#: may stay they must be fewer than the files that a process may open, or each costs a page of log.
-BACKLOG = 128
+#: Connections at most; a proxy ends those that say nothing (`deploy/Caddyfile`).
+MOST_CONNECTIONS = 512
 #: Bytes of a WebSocket's message: a picture has a megabyte, and anyone with a one-time link may open its socket.
 MESSAGE_BYTES = 2 << 20
 
@@ -45,15 +43,14 @@ def serve(app: FastAPI, bound: socket.socket) -> None:
 
 
 def _server_of(app: FastAPI) -> uvicorn.Server:
-    connections: ConnectionLimits = app.state.connections
     config = uvicorn.Config(
         app,
-        http=limited(connections),
+        http="h11",
+        limit_concurrency=MOST_CONNECTIONS,
         # Logging is set up already, for all that this process writes.
         log_config=None,
         access_log=False,
         server_header=False,
-        backlog=BACKLOG,
         ws_max_size=MESSAGE_BYTES,
         timeout_graceful_shutdown=STOP_S,
     )

@@ -57,7 +57,7 @@ def advance_build(
     # What is not given is forgotten.
     wished = {key: value or 0 for key, value in msgspec.structs.asdict(msgspec.convert(wish, Wish)).items()}
     # A path that is relative is shown as one.
-    made = advance(open_folder(Path(FOLDER), wished, {}), watch=lambda _: nullcontext(progress))
+    made = advance(open_folder(Path(FOLDER), wished), watch=lambda _: nullcontext(progress))
     if made.did:
         Path(RECORD).unlink(missing_ok=True)
     write_text(made.folder.at(PAGE), render_progress(in_page_words(made)))

@@ -18,8 +18,8 @@ from moireid.badge import Badge
 from moireid.designer.drawn import HolderOf
 from moireid.designer.people import DesignResult, PersonRow, design_people, parse_people
 from moireid.errors import SpecError
-from moireid.fabrication.page.dress import check_look, look_notes
 from moireid.fabrication.page.lettering import name_note
+from moireid.fabrication.page.marks import check_look, look_notes
 from moireid.names import PICTURE_COLUMNS, line_of
 from moireid.registry import Registry
 from moireid.registry.look_alikes import alike_within

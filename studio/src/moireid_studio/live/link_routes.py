@@ -215,7 +215,7 @@ def look(request: Request, token: Annotated[str, Form(max_length=LONGEST_SECRET)
 async def socket(connection: WebSocket) -> None:
     """The check."""
     studio = studio_of(connection)
-    await serve(connection, lambda hello: _asked(studio, hello), studio.silent_strangers)
+    await serve(connection, lambda hello: _asked(studio, hello))
 
 
 def usable(studio: Studio, token: str) -> OneTimeLink:

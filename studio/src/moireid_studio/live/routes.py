@@ -71,7 +71,7 @@ async def call_socket(connection: WebSocket) -> None:
 
 
 async def _serve(connection: WebSocket, kind: str) -> None:
-    await serve(connection, lambda hello: _asked(connection, hello, kind), studio_of(connection).silent_sockets)
+    await serve(connection, lambda hello: _asked(connection, hello, kind))
 
 
 def _asked(connection: WebSocket, hello: Mapping[str, Any], kind: str) -> SessionRequest:

@@ -37,7 +37,6 @@ from moireid.verifier.session.known_figures import checked_figures
 from moireid_studio.challenge.challenge import Prompt, draw_prompts
 from moireid_studio.challenge.clock import CALL, HERE
 from moireid_studio.challenge.live_headline import live_headline_of, shown
-from moireid_studio.http.connections import SilentSockets
 from moireid_studio.live.worker import LIMITS, Ask, LivePicture, PictureEnd, Start
 from moireid_studio.problems import Refusal
 from moireid_studio.studio import Studio, studio_of
@@ -53,7 +52,6 @@ MOST_BYTES, MOST_LETTERS, MOST_RATE = 1 << 20, 1000, 60.0
 LOOK_S = 5.0
 CLOCK = struct.Struct(">d")
 BUSY = "Other live checks are running, as many as this machine can do; try again in a minute."
-CROWDED = "This connection had said nothing when many others came, and was ended; begin again."
 
 
 @dataclass(frozen=True)
@@ -92,19 +90,14 @@ class SessionRequest:
         return self.kind == "enroll"
 
 
-async def serve(
-    connection: WebSocket, ask: Callable[[Mapping[str, Any]], SessionRequest], silent: SilentSockets
-) -> None:
-    """One session.
-
-    Parameters: ask: makes of the browser's first message what is asked; raises Refusal or MoireIdError.  silent: the
-        budget for the time until then.
-    """
+async def serve(connection: WebSocket, ask: Callable[[Mapping[str, Any]], SessionRequest]) -> None:
+    """One session; ask: makes of the browser's first message what is asked, or raises Refusal or MoireIdError."""
     await connection.accept()
     studio = studio_of(connection)
     try:
         async with asyncio.timeout(SESSION_S):
-            await _in_its_place(connection, await _first(connection, ask, silent))
+            message = _message(await asyncio.wait_for(connection.receive(), ASK_S))
+            await _in_its_place(connection, await run_in_threadpool(ask, message))
     except MoireIdError as error:
         await _refuse(connection, studio.sentence(error))
     except Refusal as refusal:
@@ -117,16 +110,6 @@ async def serve(
         # A visitor who has left, or already got a refusal, needs no closing.
         with contextlib.suppress(RuntimeError, WebSocketDisconnect):
             await connection.close()
-
-
-async def _first(
-    connection: WebSocket, ask: Callable[[Mapping[str, Any]], SessionRequest], silent: SilentSockets
-) -> SessionRequest:
-    """What the browser's first message asks.  Raises: Refusal where it came too late for others; TimeoutError."""
-    with silent.place(connection.client.host if connection.client else ""):
-        message = _message(await asyncio.wait_for(connection.receive(), ASK_S))
-        return await anyio.to_thread.run_sync(ask, message, limiter=silent.looking)
-    raise Refusal(503, "busy", CROWDED)
 
 
 async def _in_its_place(connection: WebSocket, asked: SessionRequest) -> None:

@@ -8,5 +8,4 @@ materials.py       what to buy for badges, and how to cut it
 first_badge.py     a first badge, from the sheet to the measured badge
 enroll.py          a capture, measured, then kept
 preview_law.py     what static/fringes.js draws
-film_view.py       what static/film-view.js draws a chosen film with
 """

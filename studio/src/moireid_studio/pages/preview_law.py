@@ -24,8 +24,7 @@ from numpy.typing import NDArray
 
 from moireid.artwork.placing import Look
 from moireid.badge import Badge, Cell, Grating, Lens
-from moireid.fabrication.page.dress import look_of
-from moireid.fabrication.page.pdf import lettering_places, marker_squares
+from moireid.fabrication.page.marks import lettering_places, look_of, marker_squares
 from moireid.fabrication.page.preview import USUAL_RANGE_M, draw_preview, view_mm
 from moireid.frames import own_rect
 from moireid.layers import is_smooth

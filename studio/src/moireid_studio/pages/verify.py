@@ -37,7 +37,6 @@ from moireid.verifier.report.seconds import Seconds
 from moireid_studio.auth.guard import HEADERS, Visitor, require
 from moireid_studio.checks import KINDS, Sample, start_job, start_sample
 from moireid_studio.jobs.task import SIGNALS
-from moireid_studio.pages.film_view import VIEW_POLICY
 from moireid_studio.pages.home import render
 from moireid_studio.problems import Refusal
 from moireid_studio.receipts import links_about, with_live_checks
@@ -114,9 +113,7 @@ PICTURE_POLICY = {"Content-Security-Policy": "default-src 'none'; style-src 'uns
 @router.get("")
 def form(request: Request, visitor: Verifier, claim: str = "") -> Response:
     """Choose a film, and say whose badge it shows."""
-    page = render(request, "verify.html.j2", limits=studio_of(request).settings.limits, claim=claim[:CLAIM_LIMIT])
-    page.headers.update(VIEW_POLICY)
-    return page
+    return render(request, "verify.html.j2", limits=studio_of(request).settings.limits, claim=claim[:CLAIM_LIMIT])
 
 
 @router.post("")

@@ -97,12 +97,12 @@ def calibration_figures(*, count: int, seed: int) -> dict[str, Any]:
         except MoireIdError as refusal:
             row["refused"] = str(refusal)
         else:
-            error = made.profile.lens.pitch_mm / (chart.lens.pitch_mm * case.lens_scale) - 1
+            error = made.lens.pitch_mm / (chart.lens.pitch_mm * case.lens_scale) - 1
             row |= {
                 "error_percent": 100 * error,
-                "in_sd": error * made.profile.lens.pitch_mm / (made.profile.pitch_sd_mm or math.nan),
-                "twist_found_deg": made.twist_deg,
-                "bands_used": made.used,
+                "in_sd": error * made.lens.pitch_mm / (made.pitch_sd_mm or math.nan),
+                "twist_found_deg": made.found["twist_deg"],
+                "bands_used": made.found["bands_used"],
             }
         rows.append(row)
     errors = np.abs([row["error_percent"] for row in rows if row["error_percent"] is not None])

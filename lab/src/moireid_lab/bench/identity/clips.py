@@ -24,7 +24,7 @@ FRAMES = (15, 30, 60, 120, 240)
 class Clip:
     """What to film: payload, distance, how the badge is built, and the seeds of build and motion.
 
-    shorter: read it again as if it had ended earlier, with both decoders, to set error against time.
+    shorter: read it again as if it had ended earlier, to set error against time.
     """
 
     payload: bytes
@@ -113,8 +113,8 @@ def read_clip(clip: Clip) -> dict[str, Any]:
 
 
 def read_shorter(track: Track, badge: Badge, frames: int) -> dict[str, Any]:
-    """The first frames of a track, read with soft and with hard decisions: cells wrong, payload read, seconds."""
-    from moireid.idcodes.spacing import decode_phases, true_phases_rad, word_of
+    """The first frames of a track, read: cells wrong, payload read, seconds."""
+    from moireid.idcodes.spacing import true_phases_rad
     from moireid.verifier.fringes.signals import measure
     from moireid.verifier.identity.decode import read_identity
     from moireid_lab.bench.natural import cut_track
@@ -131,8 +131,6 @@ def read_shorter(track: Track, badge: Badge, frames: int) -> dict[str, Any]:
         abs(math.remainder(one.phase_rad - phase, 2 * math.pi)) > math.pi / 4
         for one, phase in zip(found, true.values(), strict=True)
     )
-    phases, sds = [one.phase_rad for one in found], [one.phase_sd for one in found]
-    hard = decode_phases(word_of(badge.gratings), phases, sds, tries=1)
     soft = reading.decoded.payload if reading.decoded else None
     return {
         "frames": short.tracked,
@@ -140,5 +138,4 @@ def read_shorter(track: Track, badge: Badge, frames: int) -> dict[str, Any]:
         "identity_s": done - measured,
         "cells_wrong": wrong / len(found),
         "soft": None if soft is None else soft.hex() == badge.id,
-        "hard": None if hard is None else hard.hex() == badge.id,
     }

@@ -46,8 +46,7 @@ def shorter_figures(groups: dict[str, list[dict[str, Any]]]) -> list[dict[str, A
                     "clips": len(some),
                     "cells_wrong": float(np.mean([one["cells_wrong"] for one in some])),
                     "soft_read": float(np.mean([one["soft"] is True for one in some])),
-                    "hard_read": float(np.mean([one["hard"] is True for one in some])),
-                    "wrong_payloads": sum(one["soft"] is False or one["hard"] is False for one in some),
+                    "wrong_payloads": sum(one["soft"] is False for one in some),
                     "measure_ms": 1e3 * float(np.median([one["measure_s"] for one in some])),
                     "identity_ms": 1e3 * float(np.median([one["identity_s"] for one in some])),
                 }
@@ -157,7 +156,7 @@ COLUMNS = {"clips": "name <18", "read": "of >9", "wrong": "wrong_payloads >7", "
 COLUMNS |= {"cell errors": "wrong_cells >13.5f", "phase rms": "phase_rms_rad >12.4f"}
 COLUMNS |= {"beat error": "beat_error_worst >12.5f", "decode s": "identity_s >12.3f"}
 COLUMNS |= {"clips cut short": "cut <18", "frames": ">7", "wrong cells": "cells_wrong >13.5f"}
-COLUMNS |= {"soft": "soft_read >7.2f", "hard": "hard_read >7.2f", "measure ms": "measure_ms >12.0f"}
+COLUMNS |= {"whole": "soft_read >7.2f", "measure ms": "measure_ms >12.0f"}
 COLUMNS |= {"decode ms": "identity_ms >12.0f"}
 
 

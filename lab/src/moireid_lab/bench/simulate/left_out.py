@@ -19,10 +19,7 @@ import numpy as np
 
 from moireid.simulate.analytic.accuracy import brightness, difference, estimate_error, strips_of
 from moireid.simulate.analytic.analytic_renderer import RAYS, AnalyticRenderer, BoardRadiance
-from moireid.simulate.cameras import camera_named
 from moireid.simulate.light import light_named
-from moireid.simulate.motion import Poses, motion_named
-from moireid.simulate.recording.sensor import Sensor, averaged, opened
 from moireid.simulate.scene import Instant, Need, Scene
 from moireid_lab.bench.bench_frame import Row
 from moireid_lab.bench.simulate.scenes import eleven
@@ -38,9 +35,7 @@ def rows(seed: int) -> list[Row]:
     """One row for each thing that is left out, of each renderer."""
     setting = eleven()[0]
     scene, instant = setting.scene, setting.seen_at(TANGENT)
-    found = analytic_rows(scene, instant)
-    found += [_shutter_row(scene, seed), *_light_rows(scene, instant), *_sensor_rows(scene, instant, seed)]
-    return found + mitsuba_rows(scene, instant, seed)
+    return analytic_rows(scene, instant) + _light_rows(scene, instant) + mitsuba_rows(scene, instant, seed)
 
 
 def analytic_rows(scene: Scene, instant: Instant) -> list[dict[str, Any]]:
@@ -57,32 +52,6 @@ def analytic_rows(scene: Scene, instant: Instant) -> list[dict[str, Any]]:
         _row("analytic", "page and markers", plain, lambda: badge_alone.render(instant), scene, instant, bar),
         _row("analytic", between, lambda: fine.render(instant), plain, scene, instant, bar),
     ]
-
-
-def _shutter_row(scene: Scene, seed: int) -> dict[str, Any]:
-    """A frame of a hand-held camera with its rolling shutter and exposure, and one at an instant."""
-    camera = camera_named("sharpened")
-    still = replace(camera, shutter_s=0.0, exposure_s=0.0)
-    scene = replace(scene, camera=camera)
-    motion, renderer = motion_named("handheld", distance_mm=1000.0, seed=seed), AnalyticRenderer(scene)
-    (with_it, pose), (without, _) = (_opening(scene, motion, one) for one in (camera, still))
-    what = f"rolling shutter and exposure ({len(with_it)} instants, hand-held)"
-
-    def frame(some: list[Instant]) -> Frame:
-        return lambda: averaged([renderer.render(one) for one in some])
-
-    bar = estimate_error(scene, [pose]).phase_rad
-    return _row("analytic", what, frame(with_it), frame(without), scene, pose, bar)
-
-
-def _opening(scene: Scene, motion: Any, camera: Any) -> tuple[list[Instant], Instant]:
-    """The instants of one frame, and that of its own pose."""
-    own, opening = opened(motion, camera, scene.board_half_mm, 1.0, 30.0)
-
-    def part(poses: Poses, k: int) -> Poses:
-        return Poses(poses.camera_mm[k : k + 1], poses.rotation[k : k + 1])
-
-    return [Instant(part(p, 0), part(p, 2), p.camera_mm[1]) for p in opening], Instant(own, own, own.camera_mm[0])
 
 
 def _light_rows(scene: Scene, instant: Instant) -> list[dict[str, Any]]:
@@ -108,30 +77,6 @@ def _light_rows(scene: Scene, instant: Instant) -> list[dict[str, Any]]:
             )
         )
     return rows
-
-
-def _sensor_rows(scene: Scene, instant: Instant, seed: int) -> list[dict[str, Any]]:
-    """Background and colour, which the sensor alone would see; noise is the same in both."""
-    board = AnalyticRenderer(scene).render(instant)
-    bar = estimate_error(scene, [instant]).phase_rad
-    if board is None:
-        return []
-
-    def frame(background: bool, channels: int = 1) -> Frame:
-        def expose() -> BoardRadiance:
-            shown = sensor.expose(board, instant.first.rotation[0], 0.0).astype(np.float32) / np.float32(255)
-            for _ in range(channels - 1):
-                sensor.expose(board, instant.first.rotation[0], 0.0)
-            return BoardRadiance(shown, np.ones_like(shown), 0, 0)
-
-        # A new sensor draws the same noise.
-        sensor = Sensor(replace(scene.camera, noise_counts=0.0), seed, need=Need(background=background))
-        return expose
-
-    return [
-        _row("sensor", "background", frame(True), frame(False), scene, instant, bar),
-        _row("sensor", "colour, two channels more", frame(True, 3), frame(True), scene, instant, bar),
-    ]
 
 
 def mitsuba_rows(scene: Scene, instant: Instant, seed: int) -> list[dict[str, Any]]:

@@ -19,6 +19,7 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
+from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
@@ -141,15 +142,8 @@ def work_precision(setting: SceneSetting, camera_name: str, *, quick: bool, seed
     for rays in SETTINGS:
         kinds.append(("analytic", rays, partial(_analytic, scene, rays)))
     kinds.append(("analytic float64", RAYS, lambda: AnalyticRenderer(scene, rays=RAYS, precision="float64").render))
-    for variant, some in mitsuba_sweep(camera_name, quick=quick):
-        for samples, segments in some:
-            kinds.append(
-                (
-                    f"mitsuba {variant}",
-                    (samples, segments),
-                    partial(_mitsuba, scene, variant, samples, segments, seed),
-                )
-            )
+    for samples, segments in mitsuba_settings(camera_name, quick=quick):
+        kinds.append(("mitsuba", (samples, segments), partial(_mitsuba, scene, samples, segments, seed)))
     for name, figures, make in kinds:
         row = _timed(make, truths, 3 if name.startswith("mitsuba") else runs, scene.paper - scene.ink)
         rows.append({"renderer": name, "camera": camera_name, "setting": list(figures), **row})
@@ -183,41 +177,21 @@ def _timed(
     }
 
 
-def mitsuba_variants() -> list[str]:
-    """Mitsuba's variants that this machine runs, the best first, none where it is not installed."""
-    try:
-        import mitsuba  # noqa: F401
-    except ImportError:
-        return []
-    from moireid.simulate.mitsuba.variant import PLAIN_VARIANT, choose_variant
-
-    return list(dict.fromkeys((choose_variant(), PLAIN_VARIANT)))
-
-
-def mitsuba_sweep(camera_name: str, *, quick: bool) -> list[tuple[str, tuple[tuple[int, int], ...]]]:
-    """Variants and their settings at one resolution: all settings of the best variant at 1080p, three elsewhere.
-
-    A plain variant takes minutes for what the fast one does in seconds, and other resolutions change no phase error.
-    """
-    variants, few = mitsuba_variants(), MITSUBA_SETTINGS[:3]
-    if quick or not variants:
-        return [(variant, few) for variant in variants]
-    best = variants[0]
-    if camera_name != "1080p":
-        return [(best, few)]
-    return [(variant, MITSUBA_SETTINGS if variant == best else few) for variant in variants]
+def mitsuba_settings(camera_name: str, *, quick: bool) -> tuple[tuple[int, int], ...]:
+    """Settings of Mitsuba: few where they change no phase error, none where it is not installed."""
+    if find_spec("mitsuba") is None:
+        return ()
+    return MITSUBA_SETTINGS[:3] if quick or camera_name != "1080p" else MITSUBA_SETTINGS
 
 
 def _analytic(scene: Scene, rays: tuple[int, int]) -> Callable[[Instant], BoardRadiance | None]:
     return AnalyticRenderer(scene, rays=rays).render
 
 
-def _mitsuba(
-    scene: Any, variant: str, samples: int, segments: int, seed: int
-) -> Callable[[Instant], BoardRadiance | None]:
+def _mitsuba(scene: Scene, samples: int, segments: int, seed: int) -> Callable[[Instant], BoardRadiance | None]:
     from moireid.simulate.mitsuba.mitsuba_renderer import MitsubaRenderer
 
-    return MitsubaRenderer(scene, samples=samples, segments=segments, variant=variant, seed=seed).render
+    return MitsubaRenderer(scene, samples=samples, segments=segments, seed=seed).render
 
 
 def speed_at_equal_error(work: list[Row]) -> dict[str, Any] | None:

@@ -13,7 +13,6 @@ for shrinking counts for the setting.
 
 from __future__ import annotations
 
-import contextlib
 import math
 import tempfile
 import time
@@ -25,8 +24,6 @@ from typing import Any
 import cv2
 import numpy as np
 
-from moireid.verifier.camera.self_calibration import FilmWide
-from moireid.verifier.fringes import signals as measure
 from moireid.verifier.picture import Frame, Picture
 from moireid.verifier.session.claim import Claim
 from moireid_lab.baseline.pipeline import PublishedReader, judge
@@ -41,7 +38,7 @@ from moireid_lab.bench.verify.motion_extremes import extreme_jobs, read_extreme
 FRAMES, QUICK_FRAMES = 250, 150
 RUNS, QUICK_RUNS = 3, 2
 EVERY, SCALES = (1, 2, 3, 4), (1.0, 3 / 4, 1 / 2, 1 / 3)
-ESTIMATORS = ("ours", "focal length given", "nothing solved", "poses not smoothed", "published")
+ESTIMATORS = ("ours", "focal length given", "published")
 QUICK_KINDS = (KINDS[1], KINDS[-1])
 
 
@@ -49,7 +46,7 @@ QUICK_KINDS = (KINDS[1], KINDS[-1])
 class EstimatorSetting:
     """Which frames are used, at which share of the film's resolution, and by which estimator; default: ours.
 
-    focal length given: by the user.  nothing solved: a usual phone's focal length and shutter are assumed.
+    focal length given: by the user.
     published: `evaluation.baseline.published`.
     """
 
@@ -127,8 +124,7 @@ def _ours(filmed: DecodedFilm, setting: EstimatorSetting) -> dict[str, Any]:
     """Our verifier's figures of one film."""
     badge, truth = filmed.badge, filmed.truth
     focal_px = filmed.focal_px * setting.scale if setting.estimator == "focal length given" else None
-    with _instead(setting.estimator):
-        found = judge_frames(used_frames(filmed.frames, setting), Claim(badge, badge.id, focal_px))
+    found = judge_frames(used_frames(filmed.frames, setting), Claim(badge, badge.id, focal_px))
     row = {
         "verdict": found.verdict,
         "against": [reason.code for reason in found.why],
@@ -169,24 +165,6 @@ def _published(filmed: DecodedFilm, setting: EstimatorSetting) -> dict[str, Any]
         "pose_rad": None,
         "gain_error": None,
     }
-
-
-@contextlib.contextmanager
-def _instead(estimator: str) -> Iterator[None]:
-    """Replace a step of the verifier for a while; it has no option for this, because no user should choose it."""
-    patches: list[tuple[Any, str, Any]] = []
-    if estimator == "poses not smoothed":
-        patches = [(measure, "smooth_camera", lambda camera_mm, *_: camera_mm)]
-    elif estimator == "nothing solved":
-        patches = [(FilmWide, "solve", lambda film: None)]
-    before = [getattr(owner, name) for owner, name, _ in patches]
-    for owner, name, other in patches:
-        setattr(owner, name, other)
-    try:
-        yield
-    finally:
-        for (owner, name, _), own in zip(patches, before, strict=True):
-            setattr(owner, name, own)
 
 
 def _summary(setting: EstimatorSetting, films: list[dict[str, Any]]) -> dict[str, Any]:

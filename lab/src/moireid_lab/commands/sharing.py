@@ -1,0 +1,17 @@
+"""Options that say where films are made and scored."""
+
+from __future__ import annotations
+
+import click
+
+workers_option = click.option(
+    "--workers",
+    type=click.IntRange(1, 256),
+    metavar="NUMBER",
+    help="How many films at a time on this machine, one per processor; default: all processors.",
+)
+scheduler_option = click.option(
+    "--scheduler",
+    metavar="ADDRESS",
+    help="Dask scheduler to send the work to, tcp://HOST:PORT; default: local, on this machine.",
+)
