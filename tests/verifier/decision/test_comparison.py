@@ -174,6 +174,17 @@ def test_a_rival_counts_where_it_does_best_and_looks_alike_only_in_every_grating
     assert film_table([varied, steady])[0].share == 0.0
 
 
+def test_a_drift_that_fits_each_chapter_as_well_as_the_law_remains_over_all_of_them():
+    """Catches: odds that add up over chapters until they hide a drift of each; one that a chapter excludes kept."""
+    drift = replace(row("drift", 0.5, 0.01), as_good=True)
+    steady, varied = grating(drift), grating(row("drift", 40.0, 0.0))
+    merged = merge_chapters([steady] * 5, steady.figures)
+    (over_film,) = film_table([merged, merged])
+    assert over_film.log10_odds == 2.5 and over_film.fits
+    assert not film_table([merged, varied])[0].fits
+    assert not merge_chapters([steady, varied], steady.figures).rivals[0].fits
+
+
 def test_a_share_that_no_grating_asked_for_is_not_known():
     """Catches: None taken for 0, which would exclude a rival that was never drawn."""
     (drift,) = film_table([grating(row("drift", 2.0))])

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import tracemalloc
+
 import numpy as np
 import pytest
 
 from kit.fringe_signals import FRAMES, clock, fringe_signal, lasting_noise, trajectory
 from moireid.verifier.explanations.honest import HonestModel, phase_series
 from moireid.verifier.explanations.rivals import lookalike_shares, resampled
-from moireid.verifier.limits import DRAWS, FORGED_GAINS, LEAST_STRENGTH
+from moireid.verifier.limits import DRAWN_VALUES, DRAWS, FORGED_GAINS, LEAST_STRENGTH
 
 ROOM = (0.85, 1.15)
 ALLOWED = 1 / LEAST_STRENGTH
@@ -119,3 +121,15 @@ def test_a_short_residual_is_resampled_too(rng, frames):
     """Catches: blocks longer than the film."""
     drawn = resampled(np.arange(1.0, frames + 1), 1 / 30, rng, 7)
     assert drawn.shape == (frames, 7) and set(np.unique(np.abs(drawn))) <= set(np.arange(1.0, frames + 1))
+
+
+def test_a_longer_film_is_drawn_a_few_at_a_time():
+    """Catches: arrays that grow with the film, which the system clears anew for each of them: ten times as slow.  Ten arrays are enough."""
+    law = 1.2 * trajectory(frames=900)
+    shares(law)
+    tracemalloc.start()
+    try:
+        shares(law)
+        assert tracemalloc.get_traced_memory()[1] < 10 * 8 * DRAWN_VALUES
+    finally:
+        tracemalloc.stop()

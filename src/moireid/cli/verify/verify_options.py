@@ -91,7 +91,7 @@ OPTIONS = (
     level_option,
     click.option(
         "--strength",
-        type=click.IntRange(2, 500),
+        type=click.IntRange(50, 500),
         metavar="N",
         help="Accept only if at most 1 in N forgeries that know nothing of the law would look as the film does; with "
         "more the film is inconclusive.  [default: 50]",

@@ -56,7 +56,8 @@ class Explanation:
 
     name: of the explanation; log10_odds: of the law over it, None where its share alone counts, 0 for the law itself;
     parameters: that fit best; share: how often it would look as law-like as this film, None where that is not asked;
-    fits: whether it remains as an explanation of this film; share_at_most: the share's upper bound.
+    fits: whether it remains as an explanation of this film; share_at_most: the share's upper bound; as_good: whether a
+    drift explains each part of the film as well as the law does.
     """
 
     name: str
@@ -65,6 +66,7 @@ class Explanation:
     share: float | None
     fits: bool
     share_at_most: float | None = None
+    as_good: bool = False
 
     @property
     def better(self) -> bool:
@@ -249,7 +251,8 @@ def _rows_apart(
     for rival in RIVALS:
         odds = rival_odds(rival, model.series, own, samples, model.room)
         value, parameters = odds if odds is not None else (None, {})
-        rows.append(_row(rival.name, value, parameters, shares.get(rival.name), allowed_share, value))
+        as_good = rival.name == "drift" and value is not None and value < limits.MAX_RIVAL_LOG10
+        rows.append(_row(rival.name, value, parameters, shares.get(rival.name), allowed_share, as_good=as_good))
     return rows
 
 
@@ -373,8 +376,8 @@ def _merged(
             if one.share is not None and one.share_at_most is not None
         ]
         least = min(shares, key=lambda share: share.at_most, default=None)
-        summed, most = (total(name, odds), max(odds)) if odds else (None, None)
-        rows.append(_row(name, summed, best.parameters, least, allowed_share, most))
+        summed, as_good = total(name, odds) if odds else None, all(one.as_good for one in own)
+        rows.append(_row(name, summed, best.parameters, least, allowed_share, as_good=as_good))
     return tuple(rows)
 
 
@@ -384,19 +387,19 @@ def _row(
     parameters: dict[str, float],
     share: LookalikeShare | None = None,
     allowed_share: float = 1.0,
-    most_odds: float | None = None,
+    *,
+    as_good: bool = False,
 ) -> Explanation:
     """A rival's row; it remains if it fits better by more than chance, or may look alike too often.
 
-    A drift also remains if at its best-fitting speed it explains each part of the film as well as the law, by
-    `most_odds`: such a film may be one of a drift, however few drifts have that speed.
+    A drift also remains if at its best-fitting speed it explains each part of the film as well as the law (`as_good`):
+    such a film may be one of a drift, however few drifts have that speed.
     """
     remains = odds is not None and odds < -limits.MAX_RIVAL_LOG10
     if share is None:
-        return Explanation(name, odds, parameters, None, remains)
-    remains |= share.at_most > allowed_share
-    remains |= name == "drift" and most_odds is not None and most_odds < limits.MAX_RIVAL_LOG10
-    return Explanation(name, odds, parameters, share.share, remains, share.at_most)
+        return Explanation(name, odds, parameters, None, remains, as_good=as_good)
+    remains |= share.at_most > allowed_share or as_good
+    return Explanation(name, odds, parameters, share.share, remains, share.at_most, as_good)
 
 
 def camera_doubted(signal: GratingSignal) -> bool:

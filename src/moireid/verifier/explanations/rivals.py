@@ -221,19 +221,20 @@ def lookalike_shares(
     series, rng = model.series, np.random.default_rng(seed)
     most = limits.ALIKE_RATIO * float(spread_rad(residual_rad[:, None])[0])
     met = 1.0 if constant_room_rad is None else min(1.0, constant_room_rad / np.pi)
+    count = min(max(limits.DRAWN_VALUES // len(residual_rad), 20), limits.DRAWS)
 
     def share_of(rival: Rival) -> LookalikeShare:
         alike = drawn = 0
         share = LookalikeShare.of(alike, drawn, met)
         while drawn < limits.MOST_DRAWS and share.at_least <= allowed < share.at_most:
             assert rival.draws is not None
-            phases = rival.draws(series, rng, limits.DRAWS)
-            noise = limits.RESAMPLED_SHARE * resampled(residual_rad, series.step_s, rng, limits.DRAWS)
+            phases = rival.draws(series, rng, count)
+            noise = limits.RESAMPLED_SHARE * resampled(residual_rad, series.step_s, rng, count)
             fit = model.fit(series.centred(phases + noise))
             like = (room[0] <= fit.gain) & (fit.gain <= room[1])
             if like.any():
                 like[like] = spread_rad(fit.residual_rad[:, like]) <= most
-            alike, drawn = alike + int(like.sum()), drawn + limits.DRAWS
+            alike, drawn = alike + int(like.sum()), drawn + count
             share = LookalikeShare.of(alike, drawn, met)
         return share
 

@@ -119,7 +119,7 @@ def _open(document: Mapping[str, Any], found: Findings) -> Headline:
     text = "This film neither proves nor disproves the badge."
     calibrated = (document.get("invariant") or {}).get("calibrated_log10")
     if calibrated:
-        text += f" By itself, how its fringes moved is {in_words(calibrated)}."
+        text += f" By itself, how its fringes moved gives {in_words(calibrated)}."
     if first is not None and first["code"] == "level":
         text = first["text"]
     return Headline("inconclusive", f"Cannot tell: {words.because}", text, words.advice)
