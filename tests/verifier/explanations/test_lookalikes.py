@@ -124,7 +124,7 @@ def test_a_short_residual_is_resampled_too(rng, frames):
 
 
 def test_a_longer_film_is_drawn_a_few_at_a_time():
-    """Catches: arrays that grow with the film, which the system clears anew for each of them: ten times as slow.  Ten arrays are enough."""
+    """Catches: arrays that grow with the film, which the system clears anew for each of them: ten times as slow."""
     law = 1.2 * trajectory(frames=900)
     shares(law)
     tracemalloc.start()
