@@ -43,6 +43,7 @@ from moireid.verifier.decision.judge import Invariant, judge_signals
 from moireid.verifier.decision.sheet_gain import SheetGain
 from moireid.verifier.fringes.grating_signal import GratingSignal
 from moireid.verifier.identity.cell_slip import RowsApart
+from moireid.verifier.limits import LEAST_STRENGTH
 from moireid.verifier.reasons import Reason, worst
 
 PINNED = "e32fb52d86c27d16683744f6154161bada316557"
@@ -82,11 +83,12 @@ class KeptFilm:
         kept = {name: document[name] for name in KEPT}
         return cls(luma, signals, sheet, identity.rows_apart, identity.page_off, others, kept)
 
-    def judged(self) -> tuple[Invariant, list[Reason]]:
+    def judged(self, strength: int = LEAST_STRENGTH) -> tuple[Invariant, list[Reason]]:
         """The motion test, anew, and all findings."""
         if not self.signals:
             return Invariant("inconclusive", ()), list(self.others)
-        motion = judge_signals(self.signals, self.sheet, code_apart=self.apart, page_off=self.page_off)
+        how: dict[str, Any] = {"code_apart": self.apart, "page_off": self.page_off, "least_strength": strength}
+        motion = judge_signals(self.signals, self.sheet, **how)
         return motion, [*motion.reasons, *self.others]
 
     def report(self) -> dict[str, Any]:
@@ -129,20 +131,20 @@ def luma_hash(film: Path) -> str:
     return found.hexdigest()[:16]
 
 
-def of_film(film: Path, keep: Path | None = None) -> Row:
+def of_film(film: Path, keep: Path | None = None, strength: int = LEAST_STRENGTH) -> Row:
     """The row of a film, next to which its badge is."""
     badge = load_badge(film.with_name(f"{film.stem}.json"))
-    claim, luma = Claim(badge, badge.id), luma_hash(film)
+    claim, luma = Claim(badge, badge.id, strength=strength), luma_hash(film)
     report = verify(film, claim)
     if keep is not None:
         (keep / f"{film.stem}.signals").write_bytes(KeptFilm.of(report, claim.sheet, luma).to_bytes())
     return row_of(film.stem, luma, report.invariant, report.reasons, report.to_json()["identity"])
 
 
-def of_signals(path: Path) -> Row:
+def of_signals(path: Path, strength: int = LEAST_STRENGTH) -> Row:
     """The row of what was kept of a film."""
     kept = KeptFilm.from_bytes(path.read_bytes())
-    motion, reasons = kept.judged()
+    motion, reasons = kept.judged(strength)
     return row_of(path.stem, kept.luma, motion, reasons, kept.document["identity"])
 
 
@@ -227,7 +229,7 @@ def make(folder: Path, only: str, workers: int) -> None:
     subprocess.run(script, check=True, env=os.environ | {"PYTHONPATH": paths})
 
 
-def judged_rows(source: Path, only: str, workers: int, keep: Path | None) -> list[Row]:
+def judged_rows(source: Path, only: str, workers: int, keep: Path | None, strength: int) -> list[Row]:
     """The rows of a folder of films or kept signals, or of a table."""
     if source.is_file():
         return [row for row in read_rows(source) if re.search(only, row["case"])]
@@ -235,7 +237,8 @@ def judged_rows(source: Path, only: str, workers: int, keep: Path | None) -> lis
         keep.mkdir(parents=True, exist_ok=True)
     films, signals = (sorted(path for path in source.glob(kind) if re.search(only, path.stem)) for kind in KINDS)
     with ProcessPoolExecutor(workers) as pool:
-        return [*pool.map(partial(of_film, keep=keep), films), *pool.map(of_signals, signals)]
+        from_films = pool.map(partial(of_film, keep=keep, strength=strength), films)
+        return [*from_films, *pool.map(partial(of_signals, strength=strength), signals)]
 
 
 def write_rows(rows: Iterable[Row], path: Path) -> None:
@@ -266,6 +269,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--against", type=Path, metavar="CSV", help="older rows: print what moved")
     parser.add_argument("--gain", type=float, default=1e-6, help="what a gain may move by")
     parser.add_argument("--odds", type=float, default=1e-3, help="what odds may move by, powers of ten")
+    parser.add_argument("--strength", type=int, default=LEAST_STRENGTH, metavar="N", help="what an acceptance needs")
     parser.add_argument("--ablate", metavar="CODE,…", help="print which films these findings alone stop")
     given = parser.parse_args(arguments)
     if given.signals == (given.source is not None):
@@ -273,7 +277,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if given.make:
         make(given.source.resolve(), given.only, given.workers)
         return 0
-    rows = judged_rows(SIGNALS if given.signals else given.source, given.only, given.workers, given.keep)
+    rows = judged_rows(
+        SIGNALS if given.signals else given.source, given.only, given.workers, given.keep, given.strength
+    )
+    for forged in (False, True):
+        own = [row for row in rows if is_forged(row["case"]) == forged]
+        accepted = sum(row["verdict"] == "accept" for row in own)
+        print(f"{accepted} of {len(own)} {'forged' if forged else 'honest'} films accepted")
     if given.out:
         write_rows(rows, given.out)
     if given.ablate:

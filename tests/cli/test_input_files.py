@@ -23,7 +23,6 @@ COMMANDS = {
     "verify --bundle": ["verify", FILM, "--claim", "Ada", "--bundle", "IT"],
     "verify --sign": ["verify", FILM, "--badge", BADGE, "--sign", "IT", "--attest", "v.json"],
     "verify --live-check": ["verify", FILM, "--badge", BADGE, "--live-check", "IT"],
-    "verify --corners": ["verify", FILM, "--badge", BADGE, "--pipeline", "published", "--corners", "IT"],
     "attest check FILE": ["attest", "check", "IT"],
     "attest check --key": ["attest", "check", BADGE, "--key", "IT"],
     "attest check --film": ["attest", "check", BADGE, "--film", "IT"],

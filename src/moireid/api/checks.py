@@ -29,7 +29,7 @@ from moireid.reading.film_reader import film_reader
 from moireid.reading.film_reports import judged_film
 from moireid.verifier import Claim
 from moireid.verifier.camera.known_camera import KnownCamera, load_camera
-from moireid.verifier.limits import MIN_COVER_SHARE
+from moireid.verifier.limits import LEAST_STRENGTH, MIN_COVER_SHARE
 from moireid.verifier.report.report_page import Pictures
 from moireid.verifier.session.check_level import CheckLevel
 
@@ -49,6 +49,7 @@ def verify(
     require_original: bool | None = None,
     cover: float = MIN_COVER_SHARE,
     level: CheckLevel = "record",
+    strength: int = LEAST_STRENGTH,
     overlap: bool = False,
     track: int | None = None,
     pictures: bool = True,
@@ -81,6 +82,8 @@ def verify(
         Least share of the film that must be judged, 0 to 1.
     level : {"record", "enrolled", "live"}
         Least level that must be reached.
+    strength : int
+        An acceptance needs that at most 1 in so many forgeries that know nothing of the law would look alike.
     overlap : bool
         Require that the badge passes in front of the face.
     track : int, optional
@@ -128,6 +131,7 @@ def verify(
             require_original=require_original,
             cover_share=cover,
             level=level,
+            strength=strength,
         )
         order = JudgingOrder(video, wanted, found.barred, overlap, pictures=pictures, track=track)
         made = judged_film(order, reader, progress or _quiet)

@@ -26,6 +26,9 @@ REMOVED = {
     "verdicts": "see the page Verdicts of the studio, or ask it for /api/verdicts as an admin",
     "serve --storage": "leave it out: films wait in the studio's folder, and workers of --scheduler fetch them there",
     "lab evaluate --detector-scores": "join them with the rows of evaluate.json, which have each film's name and label",
+    "verify --corners": "moireid lab evaluate reads the corners of films without markers from its list",
+    "verify --detector": "leave it out: other programs' scores are no part of a verdict",
+    "verify --schema": "the schema is in the package: moireid/schema/report.schema.json",
     "lab evaluate --film-limit": "films are read where they are; mount an archive that is elsewhere",
     "verify --photographs": "no film shows how many photographs it was made of; use --level live, or leave it out",
     "calibrate-camera": "use calibrate --camera --out chart.pdf for the chart, and calibrate FILM --camera for its "

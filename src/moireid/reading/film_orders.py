@@ -8,7 +8,7 @@ from __future__ import annotations
 import base64
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -38,25 +38,22 @@ class FilmOrder(Protocol):
 class JudgingOrder:
     """A report on a film, as `verifier.verify` makes it; pictures: whether those of its page are drawn too.
 
-    pipeline: "published" for the published method; corners: the striped region's, as the lab reads them; track: the
-    video track, None for the only one.
+    pipeline: "published" for the published method; track: the video track, None for the only one.
     """
 
     video: Path
     claim: Claim
     barred: Exclusion | None = None
     overlap: bool = False
-    detectors: tuple[tuple[str, float], ...] = ()
     pictures: bool = False
     pipeline: str = "moireid"
-    corners: Any = None
     track: int | None = None
 
     def read(self, send: Send, ask: Ask, progress: Progress) -> None:
         """Send the report; then, if asked for, its files, plots and signals."""
         from moireid.verifier.report.report_page import pictures_of, signals_csv
 
-        report = replace(self._report(progress), detectors=self.detectors)
+        report = self._report(progress)
         send({"result": report.to_json()})
         if self.pictures:
             drawn = pictures_of(report)
@@ -66,16 +63,13 @@ class JudgingOrder:
 
     def _report(self, progress: Progress) -> Report:
         if self.pipeline == "published":
-            published: Report = published_method().verify_published(
-                self.video, self.claim, corners=self.corners, progress=progress
-            )
+            published: Report = published_method().verify_published(self.video, self.claim, progress=progress)
             return published
         from moireid.verifier.session.film import verify
 
-        report = verify(
+        return verify(
             self.video, self.claim, barred=self.barred, overlap=self.overlap, track=self.track, progress=progress
         )
-        return report if self.corners is None else published_method().without_corners(report)
 
 
 def published_method() -> Any:

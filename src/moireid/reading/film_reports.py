@@ -1,8 +1,7 @@
 """A film judged, or identified, by a reader, as far as its answer can be checked.
 
-Convention: this process states what a film cannot show: its path and digest, the seal, the version, and scores of other
-    detectors.  What the fringes show is on the reader's word; whoever takes it over can answer any verdict that is
-    spelled as one.
+Convention: this process states what a film cannot show: its path and digest, the seal, and the version.  What the
+    fringes show is on the reader's word; an attacker who takes it over can answer any verdict that is spelled as one.
 """
 
 from __future__ import annotations
@@ -17,7 +16,6 @@ from moireid.reading.answers import FilmAnswer, checked, checked_identification,
 from moireid.reading.film_orders import FilmOrder, IdentifyingOrder, JudgingOrder
 from moireid.reading.film_reader import Answer, Reader
 from moireid.verifier.opened_file import OpenedFile
-from moireid.verifier.reasons import json_number
 from moireid.verifier.report.report_page import Pictures
 from moireid.version import __version__
 
@@ -44,8 +42,7 @@ def judged_film(order: JudgingOrder, reader: Reader, progress: Progress) -> Judg
     report = found.result
     # These are no finding of the film; who has receipts of live checks adds them afterwards.
     report.pop("live_checks", None)
-    detectors = [{"name": name, "score": json_number(score)} for name, score in order.detectors]
-    report |= {"sealed": list(reader.sealed), "moireid": __version__, "detectors": detectors}
+    report |= {"sealed": list(reader.sealed), "moireid": __version__}
     checked_report(report, order.video)
     _state_input(report, order.video, digest)
     if report.get("level") == "live":

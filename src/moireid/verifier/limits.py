@@ -212,17 +212,22 @@ MAX_SHAPE_SHARE, MAX_ZOOM_DRIFT_SHARE, MAX_AXIS_DRIFT_RAD = 0.03, 0.02, 0.015
 UNMODELLED_RAD = 0.006
 #: A residual holds at least so many independent samples.  Set by hand: a shorter film is not judged.
 LEAST_SAMPLES = 4.0
-#: Priors of rivals: ratio to the best-fitting one, delays, and the time over which a motion of its own is smooth.  An
-#: honest codec's lag ends at `MAX_LAG_S`, and a generator that lags by more than 2 s shows another motion.
-FORGED_GAINS, LATE_RANGE_S, OWN_MOTION_S = (-2.0, 3.0), (0.2, 2.0), (0.5, 3.0)
-#: Delays that are fitted, s.
+#: Priors of rivals: ratio to the best-fitting one, and the time over which a motion of its own is smooth.
+FORGED_GAINS, OWN_MOTION_S = (-2.0, 3.0), (0.5, 3.0)
+#: Delays that are fitted, s: an honest codec's lag ends at `MAX_LAG_S`, and a generator that lags by more than 2 s
+#: shows another motion.
 DELAYS_S = (0.2, 0.25, 0.3, 0.4, 0.5, 0.6, 0.75, 1.0, 1.25, 1.5, 1.75, 2.0)
-#: Forgeries drawn of each rival.  Derived: a share of 2 in 100 is then known to 1 in 100.
-DRAWS = 200
+#: Most forgeries of a rival that are drawn at a time, and in all.  Derived: none alike of the first is fewer than 1 in
+#: 59; with the second, shares that differ by a quarter from 2 in 100 are on a known side of it.
+DRAWS, MOST_DRAWS = 400, 5200
+#: Phases that are drawn at a time.  Derived: an array of 400 kB, whose memory is used again and not asked for anew.
+DRAWN_VALUES = 50_000
 #: When a rival wins (read by `decision/comparison.py`, `decision/findings.py`, `session/chapters.py`):
-#: A film is not accepted if a rival fits it better by more than this power of ten, or would look as law-like as it does
-#: in more than this share of cases.  Set by hand: a factor of ten; 2 in 100 held on all films tried.
-MAX_RIVAL_LOG10, MAX_RIVAL_SHARE = 1.0, 0.02
+#: A film is not accepted if a rival fits it better by more than this power of ten, or may look as law-like as it does
+#: in more than 1 of so many cases (`explanations.strength`).  Set by hand: a factor of ten; 50 held on all films tried.
+MAX_RIVAL_LOG10, LEAST_STRENGTH = 1.0, 50
+#: Greatest strength that may be asked for.  Derived: with `MOST_DRAWS` and none alike, 1 in 562 is known.
+MOST_STRENGTH = 500
 #: Of a film's chapters that move enough, at most this share may be inconclusive by themselves.  Set by hand: none of up
 #: to 19, as each may hide another forged part; of an hour's some, as honest ones are so now and then.
 MAX_DOUBTFUL_SHARE = 0.05

@@ -24,12 +24,13 @@ from moireid.verifier.decision.figures import figures_of
 from moireid.verifier.decision.judge import Invariant, gain_of, judge_signals
 from moireid.verifier.decision.sheet_gain import DESIGNED, SheetGain
 from moireid.verifier.explanations.residuals import residual_limit_rad
+from moireid.verifier.explanations.strength import one_in
 from moireid.verifier.fringes.grating_signal import BeyondPhase, DepthLaw, GratingSignal
 from moireid.verifier.limits import (
     LEAST_BUILT_GAIN,
+    LEAST_STRENGTH,
     MAX_LASTING_PX,
     MAX_RIVAL_LOG10,
-    MAX_RIVAL_SHARE,
     MIN_EXCITATION_RAD,
     REJECTED_LOG10,
 )
@@ -371,15 +372,12 @@ def test_a_badge_that_moves_unseen_is_reported_as_a_gap():
 def test_a_true_badge_on_one_sweep_is_inconclusive_with_the_rivals_that_remain():
     """Catches: a share that is counted and not acted upon; one without what to do about it."""
     outcome = judge_signals([true_film(SWEEP)])
-    assert outcome.verdict == "inconclusive" and failed(outcome) == ["drift", "late"]
+    assert outcome.verdict == "inconclusive" and failed(outcome) == ["drift"]
     assert outcome.law_fits
-    for reason in outcome.reasons:
-        if reason.code in ("drift", "late"):
-            assert reason.measured > reason.limit == MAX_RIVAL_SHARE and reason.unit == "share"
-            assert f"{100 * reason.measured:.0f} of 100" in reason.text and "To exclude that" in reason.text
-    drift, late = (next(r for r in outcome.reasons if r.code == code) for code in ("drift", "late"))
-    assert drift.measured == pytest.approx(0.06, abs=0.01) and late.measured > 0.9
-    assert "to and fro" in drift.text and "change speed and direction" in late.text
+    (drift,) = (reason for reason in outcome.reasons if reason.code == "drift")
+    assert drift.measured > 0.06 and drift.limit == 1 / LEAST_STRENGTH and drift.unit == "share"
+    assert outcome.strength == one_in(drift.measured) < LEAST_STRENGTH
+    assert f"1 in {outcome.strength} " in drift.text and "to and fro" in drift.text
 
 
 @pytest.mark.parametrize(("turned", "verdict"), [(0.0, "inconclusive"), (0.7, "accept")])

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import tracemalloc
+
 import numpy as np
 import pytest
 
 from kit.fringe_signals import FRAMES, clock, fringe_signal, lasting_noise, trajectory
 from moireid.verifier.explanations.honest import HonestModel, phase_series
-from moireid.verifier.explanations.rivals import BY_CHANCE, RIVALS, lookalike_shares, resampled
-from moireid.verifier.limits import DRAWS, FORGED_GAINS, MAX_RIVAL_SHARE
+from moireid.verifier.explanations.rivals import lookalike_shares, resampled
+from moireid.verifier.limits import DRAWN_VALUES, DRAWS, FORGED_GAINS, LEAST_STRENGTH
 
 ROOM = (0.85, 1.15)
+ALLOWED = 1 / LEAST_STRENGTH
 SWAY = 1.2 * trajectory()
 SWEEP = 0.6 * (clock() - clock().mean())
 #: Of a drift: the width of the room of gains, over that of all gains of forgers.
@@ -18,42 +21,45 @@ WINDOW = (ROOM[1] - ROOM[0]) / (FORGED_GAINS[1] - FORGED_GAINS[0])
 
 
 def shares(law: np.ndarray, *, reach=ROOM, room=ROOM, constant: float | None = None, seed: int = 0, **how):
-    """Shares of a true film on such a trajectory."""
+    """Shares of a true film on such a trajectory, by the rivals' names."""
     series = phase_series(fringe_signal(law, law + lasting_noise(len(law)), **how))
     assert series is not None
     model = HonestModel(series, reach)
     left = model.fit(series.measured_rad[:, None]).residual_rad[:, 0]
-    return lookalike_shares(model, left, room, constant_room_rad=constant, seed=seed)
+    return lookalike_shares(model, left, room, allowed=ALLOWED, constant_room_rad=constant, seed=seed)
+
+
+def within(share, wanted: float) -> None:
+    """The estimate is within four standard deviations of a closed form, and the bounds enclose it."""
+    assert share.share == pytest.approx(wanted, abs=4 * (wanted * (1 - wanted) / DRAWS) ** 0.5)
+    assert share.at_least <= wanted <= share.at_most
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_on_varied_motion_no_rival_looks_like_the_law(seed):
     """Catches: shares of a rival that is never refitted, or that is compared at any gain."""
     found = shares(1.2 * trajectory(seed), place_px=np.column_stack([300 * trajectory(8), 0 * SWAY]))
-    assert list(found) == [rival.name for rival in RIVALS]
-    assert max(found.values()) == 0.0
+    assert list(found) == ["still", "drift", "place", "own_motion"]
+    assert all(one.share == 0.0 and one.at_most < ALLOWED for one in found.values())
 
 
-def test_on_one_steady_sweep_a_drift_does_by_the_width_of_the_room_and_any_delay():
-    """Catches: drifts of the right speed alone; a delayed sweep that rests before it begins.  Closed form."""
+def test_on_one_steady_sweep_a_drift_does_by_the_width_of_the_room():
+    """Catches: drifts of the right speed alone.  Closed form."""
     found = shares(SWEEP)
-    assert found["drift"] == pytest.approx(WINDOW, abs=1.5 / DRAWS)
-    assert found["late"] > 0.95
-    assert found["still"] == found["another_gain"] == found["own_motion"] == 0.0
+    within(found["drift"], WINDOW)
+    assert found["still"].share == found["own_motion"].share == 0.0
 
 
 def test_the_drift_s_share_goes_with_the_room():
     """Catches: one window for a badge that is known and for one that is being enrolled."""
     wide = (0.5, 1.6)
-    assert shares(SWEEP, reach=wide, room=wide)["drift"] == pytest.approx(1.1 / 5, abs=1.5 / DRAWS)
-    assert shares(SWEEP, room=(0.96, 1.04))["drift"] == pytest.approx(0.08 / 5, abs=1.5 / DRAWS)
+    within(shares(SWEEP, reach=wide, room=wide)["drift"], 1.1 / 5)
+    within(shares(SWEEP, room=(0.96, 1.04))["drift"], 0.08 / 5)
 
 
-def test_to_and_fro_at_constant_speed_is_no_drift_and_still_late():
+def test_to_and_fro_at_constant_speed_is_no_drift():
     """Catches: a drift compared with a film's ends alone."""
-    folded = 0.6 * np.abs(clock() - 5.0)
-    assert shares(folded)["drift"] == 0.0
-    assert shares(folded, stretch=(clock() >= 5).astype(np.int64))["late"] > 0.95
+    assert shares(0.6 * np.abs(clock() - 5.0))["drift"].share == 0.0
 
 
 @pytest.mark.parametrize("px", [1.0, -1.0, 0.2])
@@ -61,45 +67,26 @@ def test_a_badge_that_only_shifts_can_be_forged_from_its_place(px):
     """Catches: a slope that must be right in pixels; a share that depends on them."""
     place = np.column_stack([640 + 180 * px * SWAY, 360 + 0 * SWAY])
     for place_px in (place, place[:, ::-1]):
-        assert shares(SWAY, place_px=place_px)["place"] == pytest.approx(WINDOW, abs=1.5 / DRAWS)
+        within(shares(SWAY, place_px=place_px)["place"], WINDOW)
     turned = SWAY + 0.7 * trajectory(5)
-    assert shares(turned, place_px=place)["place"] == 0.0
-    assert shares(SWAY)["place"] == 0.0
+    assert shares(turned, place_px=place)["place"].share == 0.0
+    assert shares(SWAY)["place"].share == 0.0
 
 
 def test_shares_are_the_same_each_time_and_hardly_depend_on_the_seed():
     """Catches: verdicts that change from one run to the next; draws so few that chance decides."""
     vague = {"phase_sd": 0.05}
     assert shares(SWEEP, **vague) == shares(SWEEP, **vague)
-    seeds = [shares(SWEEP, seed=seed) for seed in range(6)]
-    assert np.ptp([one["drift"] for one in seeds]) <= 0.01
-    assert np.ptp([one["late"] for one in seeds]) <= 0.05
+    for seed in range(6):
+        within(shares(SWEEP, seed=seed, **vague)["drift"], WINDOW)
 
 
-def test_a_known_constant_lowers_each_share_by_its_own_reason():
-    """Catches: chance given to a delay, whose constant follows from it; a room counted on one side of two."""
-    free, known = shares(SWEEP), shares(SWEEP, constant=0.1)
-    assert known["drift"] == pytest.approx(free["drift"] * 0.1 / np.pi)
-    # At 0.6 rad/s a delay of 0.2 s shifts the fringes by 0.12 rad.
-    assert known["late"] == 0.0
-    slow = 0.1 * SWEEP / 0.6
-    below = shares(slow, constant=0.1)["late"]
-    # At 0.1 rad/s all delays up to 1 s stay within 0.1 rad: 0.8 s of 1.8 s.
-    assert below == pytest.approx(0.8 / 1.8, abs=0.02)
-
-
-def test_a_constant_that_may_be_any_lowers_nothing():
-    """Catches: a chance of more than 1, or one that is lost where the room is the whole turn."""
-    free, loose = shares(SWEEP), shares(SWEEP, constant=50.0)
-    assert loose == free
-    assert set(BY_CHANCE) | {"late", "another_gain"} == {rival.name for rival in RIVALS}
-
-
-def test_a_gain_s_share_is_not_lowered_by_the_constant():
-    """Catches: fringes that follow the law at another gain, whose constant is the badge's own, excused by chance."""
-    wide = (0.5, 1.6)
-    free = shares(SWAY, reach=wide, room=ROOM)["another_gain"]
-    assert free == shares(SWAY, reach=wide, room=ROOM, constant=0.01)["another_gain"]
+def test_a_known_constant_lowers_a_share_by_chance():
+    """Catches: a room counted on one side of two; a chance of more than 1 where the room is the whole turn."""
+    free, known = shares(SWEEP)["drift"], shares(SWEEP, constant=0.1)["drift"]
+    assert known.at_most < ALLOWED < free.at_least
+    within(shares(SWEEP, constant=1.0)["drift"], WINDOW / np.pi)
+    assert shares(SWEEP, constant=50.0)["drift"] == free
 
 
 def test_little_motion_leaves_rivals_a_share():
@@ -109,7 +96,8 @@ def test_little_motion_leaves_rivals_a_share():
     assert series is not None
     model = HonestModel(series, (0.0, 2.0))
     left = model.fit(series.measured_rad[:, None]).residual_rad[:, 0]
-    assert max(lookalike_shares(model, left, (0.0, 2.0)).values()) > MAX_RIVAL_SHARE
+    found = lookalike_shares(model, left, (0.0, 2.0), allowed=ALLOWED)
+    assert max(one.at_least for one in found.values()) > ALLOWED
 
 
 # The film's own residual, drawn anew.
@@ -133,3 +121,15 @@ def test_a_short_residual_is_resampled_too(rng, frames):
     """Catches: blocks longer than the film."""
     drawn = resampled(np.arange(1.0, frames + 1), 1 / 30, rng, 7)
     assert drawn.shape == (frames, 7) and set(np.unique(np.abs(drawn))) <= set(np.arange(1.0, frames + 1))
+
+
+def test_a_longer_film_is_drawn_a_few_at_a_time():
+    """Catches: arrays that grow with the film, which the system clears anew for each of them: ten times as slow."""
+    law = 1.2 * trajectory(frames=900)
+    shares(law)
+    tracemalloc.start()
+    try:
+        shares(law)
+        assert tracemalloc.get_traced_memory()[1] < 10 * 8 * DRAWN_VALUES
+    finally:
+        tracemalloc.stop()

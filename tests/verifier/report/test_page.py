@@ -282,18 +282,6 @@ def test_the_check_itself_is_told(ada):
 
 
 @pytest.mark.slow
-def test_other_detectors_are_told_and_are_no_part_of_the_verdict(ada):
-    """Catches: a score that is asked for and is on no page; one that changes the headline; a name that writes HTML."""
-    without = report_of(ada)
-    report = replace(without, detectors=(("<b>lips</b>", 0.123456), ("voice", 7.0)))
-    page = render_page(report.to_json(), pictures_of(report), KNOWN)
-    assert "&lt;b&gt;lips&lt;/b&gt; gives 0.1235, voice gives 7; that is no part of the verdict" in page
-    plain = render_page(without.to_json(), pictures_of(without), KNOWN)
-    assert "other detectors" not in plain
-    assert re.findall("<h1>.*</h1>", page) == re.findall("<h1>.*</h1>", plain) != []
-
-
-@pytest.mark.slow
 def test_live_checks_are_shown_and_are_no_part_of_the_verdict(ada):
     """Catches: a receipt that is attached and on no page; one that changes the headline; a name that writes HTML."""
     report = report_of(ada)

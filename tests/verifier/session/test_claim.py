@@ -9,7 +9,8 @@ import pytest
 from moireid.asbuilt import AsBuilt
 from moireid.badge import Badge
 from moireid.designer import Request, design_badge
-from moireid.provenance import FROM_FILE, Provenance
+from moireid.errors import SpecError
+from moireid.provenance import FROM_FILE, ClaimedBadge, Provenance
 from moireid.verifier.identity.decode import Identity
 from moireid.verifier.session.claim import Claim, claim_reasons
 
@@ -54,3 +55,12 @@ def test_the_original_is_required_where_it_is_known(secret: Badge, built: AsBuil
     assert not Claim(secret, secret.id).original_required
     assert not Claim(secret, secret.id, as_built=built, require_original=False).original_required
     assert Claim(secret, secret.id, require_original=True).original_required
+
+
+@pytest.mark.parametrize("strength", [0, 49, 501])
+def test_a_strength_that_is_weaker_than_the_default_or_cannot_be_shown_is_refused(strength: int, secret: Badge) -> None:
+    """Catches: an acceptance at any share; a division by 0; one that no film could ever reach."""
+    found = ClaimedBadge(secret)
+    assert Claim.of(found, strength=500).strength == 500
+    with pytest.raises(SpecError, match="strength is 50 to 500"):
+        Claim.of(found, strength=strength)

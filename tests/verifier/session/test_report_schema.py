@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 import copy
-import json
 from typing import Any
 
 import jsonschema
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
 from kit.coded_films import first_frames, written
 from kit.places import FILMS
 from kit.report_faults import SCHEMA, faults, named_only
-from moireid.cli.verify.verify_cmd import verify_command
 from moireid.provenance import Exclusion
 from moireid.verifier import Claim, verify
 from moireid.verifier.session.result import REPORT_FORMAT
@@ -139,10 +136,3 @@ def test_keys_of_later_versions_are_let_through(reports):
     document = copy.deepcopy(reports["accept"])
     document["invariant"]["lag_s"] = document["later"] = 0.01
     assert faults(document) == []
-
-
-@pytest.mark.slow
-def test_the_program_prints_it():
-    """Catches: an option that asks for a film first; anything else on stdout."""
-    done = CliRunner().invoke(verify_command, ["--schema"])
-    assert done.exit_code == 0 and json.loads(done.stdout) == SCHEMA

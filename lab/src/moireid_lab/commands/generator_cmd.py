@@ -79,7 +79,7 @@ def list_command(folder: Path, as_json: bool) -> None:
 
     DIR is a kit of `moireid lab generator-kit cut`. In its clips.csv, `outcome` says kept or discarded, `reason` why it
     was discarded, and `generator` what made the clip. Copy a line for a further clip. A clip that lost its markers
-    needs `corners`; see verify --corners.
+    needs `corners`: X,Y,... of the striped region, as `moireid lab evaluate` reads them.
     """
     from moireid_lab.evaluation.generator_kit import listed
 

@@ -46,13 +46,6 @@ OPTIONS = (
         help="Write the signed verdict as content credentials: FILM.c2pa next to the film, or a new film "
         "FILM.c2pa.mp4 that holds them. Needs moireid[c2pa], and a certificate in KEY.pem.",
     ),
-    click.option(
-        "--detector",
-        "detectors",
-        metavar="NAME=SCORE",
-        multiple=True,
-        help="Put another detector's score into the report, as a note. It is no part of the verdict. May be repeated.",
-    ),
 )
 
 
@@ -151,21 +144,3 @@ def planned_signing(
     outputs += [credentials_path(video, form)] if form is not None else []
     planned(outputs, overwrite=overwrite, kept=[video, key_file, *kept])
     return Signing(key, attest_file, timestamp_url, form)
-
-
-def detectors_from(given: tuple[str, ...]) -> tuple[tuple[str, float], ...]:
-    """Names and scores of other detectors.  Raises: SpecError if one is not written NAME=SCORE."""
-    import math
-
-    found: dict[str, float] = {}
-    for text in given:
-        name, _, score = text.rpartition("=")
-        try:
-            found[name.strip()] = float(score)
-        except ValueError:
-            found[""] = math.nan
-        if not name.strip() or not math.isfinite(found[name.strip()]):
-            raise SpecError(f"detector {text[:60]!r} is not NAME=SCORE; write one such as --detector lips=0.93")
-    if len(found) < len(given):
-        raise SpecError("one detector is given twice; give each once")
-    return tuple(found.items())

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from moireid.cli.attest.signing import Signing, detectors_from, planned_signing, signing_options
+from moireid.cli.attest.signing import Signing, planned_signing, signing_options
 from moireid.cli.common import VERDICT_EXIT, camera_held, echo, friendly, progress_bar, report_standing, say, show_json
 from moireid.cli.sealed_reader import sealed_reader
 from moireid.cli.verify.verify_options import ClaimWish, VerifyOptions, check_wish, verify_options
@@ -60,7 +60,6 @@ def asked_of(wish: ClaimWish) -> AbstractContextManager[ClaimContext]:
 
 
 Progress = Callable[[int, int | None], None]
-Scores = tuple[tuple[str, float], ...]
 
 
 @dataclass(frozen=True)
@@ -74,7 +73,7 @@ class Outcome:
 def claim_held(wish: VerifyOptions, found: ClaimedBadge) -> Claim:
     """What the film is checked against."""
     from moireid.verifier import Claim
-    from moireid.verifier.limits import MIN_COVER_SHARE
+    from moireid.verifier.limits import LEAST_STRENGTH, MIN_COVER_SHARE
 
     return Claim.of(
         found,
@@ -83,10 +82,11 @@ def claim_held(wish: VerifyOptions, found: ClaimedBadge) -> Claim:
         require_original=wish.require_original,
         cover_share=MIN_COVER_SHARE if wish.cover_share is None else wish.cover_share,
         level=wish.level,
+        strength=LEAST_STRENGTH if wish.strength is None else wish.strength,
     )
 
 
-def judged(wish: VerifyOptions, asked: ClaimContext, scores: Scores, reader: Reader, progress: Progress) -> Outcome:
+def judged(wish: VerifyOptions, asked: ClaimContext, reader: Reader, progress: Progress) -> Outcome:
     """The outcome of a film.
 
     Convention: claim, registry, and how the film was read are stated by this process; what reads the film only reports
@@ -95,28 +95,22 @@ def judged(wish: VerifyOptions, asked: ClaimContext, scores: Scores, reader: Rea
     from moireid.attest.film_credentials import with_carried
     from moireid.reading.film_reports import judged_film
 
-    made = judged_film(_order(wish, asked.found, scores), reader, progress)
+    made = judged_film(_order(wish, asked.found), reader, progress)
     document = made.report | asked.stated()
     if not wish.published:
         document = with_carried(document, wish.video)
     return Outcome(document, lambda: (made.pictures, made.signals))
 
 
-def _order(wish: VerifyOptions, found: ClaimedBadge, scores: Scores) -> JudgingOrder:
+def _order(wish: VerifyOptions, found: ClaimedBadge) -> JudgingOrder:
     from moireid.reading.film_orders import JudgingOrder, published_method
 
-    baseline = published_method() if wish.published or wish.corners_given is not None else None
-    corners = None if baseline is None or wish.corners_given is None else baseline.corners_from(wish.corners_given)
+    if wish.published:
+        # Where the lab is missing, this is said before the film is read.
+        published_method()
+    claim, pictures = claim_held(wish, found), wish.report_folder is not None
     return JudgingOrder(
-        wish.video,
-        claim_held(wish, found),
-        found.barred,
-        wish.overlap,
-        scores,
-        wish.report_folder is not None,
-        wish.pipeline,
-        corners,
-        wish.track,
+        wish.video, claim, found.barred, wish.overlap, pictures=pictures, pipeline=wish.pipeline, track=wish.track
     )
 
 
@@ -192,8 +186,6 @@ def show_verdict(
         echo(f" holds: {codes}", lead=f"  {MARKS['pass']}", colour=COLOURS["pass"])
     for one in document.get("live_checks", []):
         echo(f"  · {receipt_of(one).words}")
-    for one in document.get("detectors", []):
-        echo(f"  · Detector {one['name']} gives {one['score']:g}; that is no part of the verdict.")
 
 
 @click.command("verify")
@@ -214,7 +206,6 @@ def verify_command(**given: Any) -> None:
 
     wish = VerifyOptions(**given)
     check_wish(wish)
-    scores = detectors_from(wish.detectors)
     receipts = [load_receipt(path) for path in wish.receipt_files]
     kept = [*files_read(wish), wish.video, wish.key_file, *wish.receipt_files]
     signing = planned_signing(
@@ -226,7 +217,7 @@ def verify_command(**given: Any) -> None:
             check_belongs(receipt, asked.found, wish.video)
         plan_pages(wish.report_folder, overwrite=wish.overwrite, kept=kept)
         with progress_bar("reading the film") as progress:
-            outcome = judged(wish, asked, scores, reader, progress)
+            outcome = judged(wish, asked, reader, progress)
         outcome = replace(outcome, document=attached(outcome.document, receipts))
         known = asked.known(outcome.document, wish.claim)
     document = write_pages_of(outcome, signing, known, wish)

@@ -35,15 +35,6 @@ focal_option = click.option(
 )
 
 
-def _show_schema(context: click.Context, parameter: click.Parameter, asked: bool) -> None:
-    """Print the schema and leave, before a film is asked for."""
-    if asked and not context.resilient_parsing:
-        from moireid.verifier.session.result import report_schema
-
-        click.echo(report_schema(), nl=False)
-        context.exit()
-
-
 #: Whose badge is claimed, in the order of the help.
 CLAIM_OPTIONS = (
     click.option("--claim", metavar="NAME|ID", help="Whose badge it should be; looked up in the registry."),
@@ -99,6 +90,13 @@ OPTIONS = (
     ),
     level_option,
     click.option(
+        "--strength",
+        type=click.IntRange(50, 500),
+        metavar="N",
+        help="Accept only if at most 1 in N forgeries that know nothing of the law would look as the film does; with "
+        "more the film is inconclusive.  [default: 50]",
+    ),
+    click.option(
         "--live-check",
         "receipt_files",
         type=click.Path(path_type=Path),
@@ -112,23 +110,6 @@ OPTIONS = (
         default="moireid",
         show_default=True,
         help="Our method, or the published one (Qing et al. 2026) for comparison: correlation only, and no identity.",
-    ),
-    click.option(
-        "--corners",
-        "corners_given",
-        metavar="X,Y,... | FILE.csv",
-        help="For films that lost their markers, scored with --pipeline published: the striped region's corners (top "
-        "left, top right, bottom right, bottom left; px) in the first frame, to be followed; corrections at later "
-        "frames as FRAME:X,Y,... after a blank. Our own pipeline follows only markers; if they are seen in less than "
-        "half of the frames, its verdict on such a film is inconclusive.",
-    ),
-    click.option(
-        "--schema",
-        is_flag=True,
-        is_eager=True,
-        expose_value=False,
-        callback=_show_schema,
-        help="Print the JSON Schema of what --json prints, and exit.",
     ),
     unsealed_option,
     overwrite_option,
@@ -168,14 +149,13 @@ class VerifyOptions(ClaimWish):
     overlap: bool
     cover_share: float | None
     level: CheckLevel
+    strength: int | None
     receipt_files: tuple[Path, ...]
     pipeline: str
-    corners_given: str | None
     key_file: Path | None
     attest_file: Path | None
     timestamp_url: str | None
     form: Form | None
-    detectors: tuple[str, ...]
     unsealed: bool
     overwrite: bool
     as_json: bool
@@ -202,6 +182,7 @@ def _check_pipeline(wish: VerifyOptions) -> None:
         "--overlap": wish.overlap or None,
         "--cover": wish.cover_share,
         "--track": wish.track,
+        "--strength": wish.strength,
     }
     wanted["--level"] = None if wish.level == "record" else wish.level
     for name, value in wanted.items():
@@ -209,8 +190,8 @@ def _check_pipeline(wish: VerifyOptions) -> None:
             raise SpecError(f"--pipeline published cannot check {name}; leave one of them out")
     if wish.key_file is not None and wish.unsealed:
         raise SpecError("--sign reads the film apart from the key, and --unsealed does not; leave one of them out")
-    if wish.key_file is not None and (wish.published or wish.corners_given is not None):
-        raise SpecError("--sign is for verdicts of moireid's own pipeline, without --corners; leave one of them out")
+    if wish.key_file is not None and wish.published:
+        raise SpecError("--sign is for verdicts of moireid's own pipeline; leave --pipeline published out")
 
 
 def check_claim(wish: ClaimWish) -> None:

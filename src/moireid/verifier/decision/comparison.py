@@ -5,10 +5,11 @@
 3. Spells: does a forgery fit better than the law for a while? (`explanations.rivals`)
 4. Odds over rivals that contain the law: a motion of its own on top, rows or places on clocks of their own
    (`explanations.residuals`).
-5. How often would a rival look as law-like as this film does? (`explanations.rivals`)
+5. How often would a rival that knows nothing of the law look as law-like as this film does? (`explanations.rivals`,
+   `explanations.strength`)
 
 Convention: odds are decadic logarithms of the law's over the rival's, above 0 where the law is likelier.  Rivals that
-contain the law always fit at least as well; they enter with a penalty for their freedom (4) or by their share alone.
+contain the law always fit at least as well; they enter with a penalty for their freedom (4).
 """
 
 from __future__ import annotations
@@ -34,6 +35,7 @@ from moireid.verifier.explanations.residuals import (
     residual_limit_rad,
 )
 from moireid.verifier.explanations.rivals import RIVALS, lookalike_shares, rival_odds, worst_spell
+from moireid.verifier.explanations.strength import LookalikeShare
 from moireid.verifier.fringes.grating_signal import GratingSignal
 from moireid.verifier.reasons import json_number
 
@@ -54,7 +56,8 @@ class Explanation:
 
     name: of the explanation; log10_odds: of the law over it, None where its share alone counts, 0 for the law itself;
     parameters: that fit best; share: how often it would look as law-like as this film, None where that is not asked;
-    fits: whether it remains as an explanation of this film.
+    fits: whether it remains as an explanation of this film; share_at_most: the share's upper bound; as_good: whether a
+    drift explains each part of the film as well as the law does.
     """
 
     name: str
@@ -62,6 +65,8 @@ class Explanation:
     parameters: dict[str, float]
     share: float | None
     fits: bool
+    share_at_most: float | None = None
+    as_good: bool = False
 
     @property
     def better(self) -> bool:
@@ -88,7 +93,8 @@ class Explanation:
         """As an entry of `explanations` of `verify --json`."""
         shown = {"name": self.name, "log10_odds": json_number(self.log10_odds), "fits": self.fits}
         parameters = {name: json_number(value) for name, value in self.parameters.items()}
-        return shown | {"share": json_number(self.share), "parameters": parameters}
+        shares = {"share": json_number(self.share), "share_at_most": json_number(self.share_at_most)}
+        return shown | shares | {"parameters": parameters}
 
 
 @dataclass(frozen=True)
@@ -100,7 +106,8 @@ class GratingComparison:
     camera may have changed within the film; reach: gains that an honest badge may then have; usual: whether the gain is
     one of a build of usual parts before the camera that was solved, without which the film is not accepted;
     ahead_log10: of the law with a gain that any build and camera can give, over the law with such a usual one;
-    nuisances_rad: by name; rivals: the table without the law's row.
+    nuisances_rad: by name; rivals: the table without the law's row; allowed_share: what an acceptance allows of rivals
+    that would look alike.
     """
 
     figures: Figures
@@ -114,6 +121,7 @@ class GratingComparison:
     ahead_log10: float = 0.0
     nuisances_rad: dict[str, float] | None = None
     rivals: tuple[Explanation, ...] = ()
+    allowed_share: float = 1 / limits.LEAST_STRENGTH
 
     @property
     def fits(self) -> bool:
@@ -164,6 +172,7 @@ def compare(
     constant_room_rad: float | None = None,
     shares: bool = True,
     doubted: bool = False,
+    allowed_share: float = 1 / limits.LEAST_STRENGTH,
 ) -> GratingComparison:
     """The comparison of one grating.
 
@@ -179,6 +188,8 @@ def compare(
         Whether to ask how often rivals would look alike, which takes most of the time.
     doubted : bool
         Whether something else than this grating shows that the camera changed.
+    allowed_share : float
+        Largest share of look-alikes that an acceptance allows.
 
     Returns
     -------
@@ -214,8 +225,8 @@ def compare(
     asked = {}
     if shares and usual and deviation <= limit:
         room = sheet.room_for(figures.gain_sd)
-        asked = lookalike_shares(model, residual, room, constant_room_rad=constant_room_rad)
-    rows = _rows_apart(model, residual, asked)
+        asked = lookalike_shares(model, residual, room, allowed=allowed_share, constant_room_rad=constant_room_rad)
+    rows = _rows_apart(model, residual, asked, allowed_share)
     first_s = float(signal.times_s[np.isfinite(signal.phase_sd_rad)][0])
     rows += _rows_within(shape, figures, deviation, credible_error_rad(excitation, signal.doubt * error), first_s)
     # A film that could be honest leaves up to this; a rival that leaves more does not explain it.
@@ -227,18 +238,21 @@ def compare(
     own, any_gain = (float(series.weight @ left**2) for left in (residual, shaped))
     ahead = log10_odds(any_gain, own, len(series.times_s), independent_samples(shaped))
     return GratingComparison(
-        figures, True, deviation, limit, possible, doubted, reach, usual, ahead, nuisances, tuple(rows)
+        figures, True, deviation, limit, possible, doubted, reach, usual, ahead, nuisances, tuple(rows), allowed_share
     )
 
 
-def _rows_apart(model: HonestModel, residual_rad: Array, shares: dict[str, float]) -> list[Explanation]:
+def _rows_apart(
+    model: HonestModel, residual_rad: Array, shares: dict[str, LookalikeShare], allowed_share: float
+) -> list[Explanation]:
     """The rows of whole-film rivals; residual_rad: what the law leaves; shares: by the rivals' names."""
     own, samples = float(model.series.weight @ residual_rad**2), independent_samples(residual_rad)
     rows = []
     for rival in RIVALS:
         odds = rival_odds(rival, model.series, own, samples, model.room)
         value, parameters = odds if odds is not None else (None, {})
-        rows.append(_row(rival.name, value, parameters, shares.get(rival.name)))
+        as_good = rival.name == "drift" and value is not None and value < limits.MAX_RIVAL_LOG10
+        rows.append(_row(rival.name, value, parameters, shares.get(rival.name), allowed_share, as_good=as_good))
     return rows
 
 
@@ -255,7 +269,7 @@ def _rows_within(
         rest = residual[(times < spell.start_s) | (times > spell.end_s)]
         at = {"gain": spell.gain, "start_s": first_s + spell.start_s, "end_s": first_s + spell.end_s}
         at["deviation_rad"] = deviation_rad(rest, model.series.step_s)
-        rows.append(_row("spell", spell.log10_odds, at, None))
+        rows.append(_row("spell", spell.log10_odds, at))
     deviations = {"wander": left_rad, "rows": figures.strip_wander_rad, "places": figures.place_wander_rad}
     strips = {"strip_sd_rad": figures.strip_sd_rad, "rounding_rad": figures.rounding_rad}
     odds = containing_odds(deviations, figures.excitation_rad, error_rad, **strips)
@@ -266,7 +280,7 @@ def _rows_within(
     for name, value in odds.items():
         at = {"motion_share": deviations[name] / figures.excitation_rad}
         at |= dict(zip(("start_s", "end_s"), span_s, strict=True)) if name == "wander" else {}
-        rows.append(_row(name, value, at, None))
+        rows.append(_row(name, value, at))
     return rows
 
 
@@ -316,7 +330,7 @@ def merge_chapters(parts: Sequence[GratingComparison], figures: Figures) -> Grat
     def total(name: str, odds: Sequence[float]) -> float:
         return sum(odds) if name != "spell" else min(odds) + math.log10(len(moved))
 
-    rows = _merged(moved, total)
+    rows = _merged(moved, total, moved[0].allowed_share)
     residual, limit, possible = (
         math.sqrt(sum(getattr(part, name) ** 2 for part in moved) / len(moved))
         for name in ("residual_rad", "limit_rad", "possible_rad")
@@ -326,16 +340,28 @@ def merge_chapters(parts: Sequence[GratingComparison], figures: Figures) -> Grat
     most, usual = max(moved, key=lambda part: part.figures.information), all(part.usual for part in moved)
     ahead = sum(part.ahead_log10 for part in moved)
     return GratingComparison(
-        figures, True, residual, limit, possible, doubted, reach, usual, ahead, most.nuisances_rad, rows
+        figures,
+        True,
+        residual,
+        limit,
+        possible,
+        doubted,
+        reach,
+        usual,
+        ahead,
+        most.nuisances_rad,
+        rows,
+        moved[0].allowed_share,
     )
 
 
 def _merged(
-    parts: Sequence[GratingComparison], total: Callable[[str, Sequence[float]], float]
+    parts: Sequence[GratingComparison], total: Callable[[str, Sequence[float]], float], allowed_share: float
 ) -> tuple[Explanation, ...]:
     """The tables of several parts as one: of each rival the total odds, and the parameters of where it does best.
 
-    Convention: a rival must look law-like in every part, so its share is the least of them.
+    Convention: a rival must look law-like in every part, so its share is the least of them, and it fits as well only
+        where it does so in each.
     """
     by_name: dict[str, list[Explanation]] = {}
     for rival in (rival for part in parts for rival in part.rivals):
@@ -344,16 +370,36 @@ def _merged(
     for name, own in by_name.items():
         best = min(own, key=lambda rival: math.inf if rival.log10_odds is None else rival.log10_odds)
         odds = [rival.log10_odds for rival in own if rival.log10_odds is not None]
-        shares = [rival.share for rival in own if rival.share is not None]
-        rows.append(_row(name, total(name, odds) if odds else None, best.parameters, min(shares, default=None)))
+        shares = [
+            LookalikeShare(one.share, 0.0, one.share_at_most)
+            for one in own
+            if one.share is not None and one.share_at_most is not None
+        ]
+        least = min(shares, key=lambda share: share.at_most, default=None)
+        summed, as_good = total(name, odds) if odds else None, all(one.as_good for one in own)
+        rows.append(_row(name, summed, best.parameters, least, allowed_share, as_good=as_good))
     return tuple(rows)
 
 
-def _row(name: str, odds: float | None, parameters: dict[str, float], share: float | None) -> Explanation:
-    remains = (odds is not None and odds < -limits.MAX_RIVAL_LOG10) or (
-        share is not None and share > limits.MAX_RIVAL_SHARE
-    )
-    return Explanation(name, odds, parameters, share, remains)
+def _row(
+    name: str,
+    odds: float | None,
+    parameters: dict[str, float],
+    share: LookalikeShare | None = None,
+    allowed_share: float = 1.0,
+    *,
+    as_good: bool = False,
+) -> Explanation:
+    """A rival's row; it remains if it fits better by more than chance, or may look alike too often.
+
+    A drift also remains if at its best-fitting speed it explains each part of the film as well as the law (`as_good`):
+    such a film may be one of a drift, however few drifts have that speed.
+    """
+    remains = odds is not None and odds < -limits.MAX_RIVAL_LOG10
+    if share is None:
+        return Explanation(name, odds, parameters, None, remains, as_good=as_good)
+    remains |= share.at_most > allowed_share or as_good
+    return Explanation(name, odds, parameters, share.share, remains, share.at_most, as_good)
 
 
 def camera_doubted(signal: GratingSignal) -> bool:
@@ -365,7 +411,8 @@ def camera_doubted(signal: GratingSignal) -> bool:
 
 def film_table(gratings: list[GratingComparison]) -> tuple[Explanation, ...]:
     """The table of a film: each rival in the grating that moved in which its odds are best."""
-    return _merged([one for one in gratings if one.moved], lambda _, odds: min(odds))
+    moved = [one for one in gratings if one.moved]
+    return _merged(moved, lambda _, odds: min(odds), moved[0].allowed_share) if moved else ()
 
 
 def law_row(gratings: list[GratingComparison]) -> Explanation:

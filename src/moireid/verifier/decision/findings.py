@@ -21,6 +21,7 @@ from moireid.verifier.decision.comparison import (
     simplest,
 )
 from moireid.verifier.decision.figures import Figures
+from moireid.verifier.explanations.strength import one_in
 from moireid.verifier.explanations.words import WORDS, does
 from moireid.verifier.fringes.grating_signal import GratingSignal
 from moireid.verifier.identity.cell_slip import RowsApart
@@ -258,7 +259,9 @@ def _camera(signals: Sequence[GratingSignal]) -> Reason:
     return Reason("camera", "undecided", lasting, limits.MAX_LASTING_PX, "px", text)
 
 
-def rivals(table: Sequence[Explanation], excitation_rad: float, *, law_fits: bool) -> list[Reason]:
+def rivals(
+    table: Sequence[Explanation], excitation_rad: float, *, law_fits: bool, allowed_share: float
+) -> list[Reason]:
     """One finding for each rival that remains; where none does, one that says by how much the law is ahead.
 
     Where the law does not explain the film, only what the fringes do instead is named.
@@ -269,10 +272,11 @@ def rivals(table: Sequence[Explanation], excitation_rad: float, *, law_fits: boo
         other = [
             one for one in better if one.name not in CONTAINING and one.parameters.get("residual_rad", 0.0) <= most
         ]
-        return [] if cause is None else [_remains(cause, may_fail=not other and cause is simplest(better))]
+        may_fail = not other and cause is simplest(better)
+        return [] if cause is None else [_remains(cause, allowed_share, may_fail=may_fail)]
     remaining = [one for one in table if one.fits]
     if remaining:
-        return [_remains(one, may_fail=True) for one in remaining]
+        return [_remains(one, allowed_share, may_fail=True) for one in remaining]
     known = [one for one in table if one.log10_odds is not None and one.share is not None]
     if not known:
         return [Reason("explanations", "pass", None, None, "log10", "No other explanation fits as well as the law.")]
@@ -283,7 +287,7 @@ def rivals(table: Sequence[Explanation], excitation_rad: float, *, law_fits: boo
     return [Reason("explanations", "pass", odds, -limits.MAX_RIVAL_LOG10, "log10", text)]
 
 
-def _remains(one: Explanation, *, may_fail: bool) -> Reason:
+def _remains(one: Explanation, allowed_share: float, *, may_fail: bool) -> Reason:
     """The finding on one rival; may_fail: whether parts that move apart for sure reject the film."""
     words = WORDS[one.name]
     remedy = f"To exclude that, {words.remedy}."
@@ -293,10 +297,14 @@ def _remains(one: Explanation, *, may_fail: bool) -> Reason:
         text += f"law does. {remedy}"
         level: Level = "fail" if may_fail and one.name in PARTS and one.beats else "undecided"
         return Reason(one.name, level, odds, -limits.MAX_RIVAL_LOG10, "log10", text)
-    share = float(one.share or 0.0)
-    text = f"On this motion, fringes that {words.does} would look as this film does in {100 * share:.0f} of 100 "
-    text += f"cases. {remedy}"
-    return Reason(one.name, "undecided", share, limits.MAX_RIVAL_SHARE, "share", text)
+    if one.share_at_most is None or one.share_at_most <= allowed_share:
+        text = f"Fringes that {does(one.name, one.parameters)} explain this film as well as the law does. {remedy}"
+        return Reason(one.name, "undecided", one.log10_odds, limits.MAX_RIVAL_LOG10, "log10", text)
+    text = (
+        f"On this motion, as many as 1 in {one_in(one.share_at_most)} of films whose fringes {words.does} would look "
+    )
+    text += f"as this one does. {remedy}"
+    return Reason(one.name, "undecided", one.share_at_most, allowed_share, "share", text)
 
 
 def phase_gaps(moving: Sequence[GratingSignal]) -> list[Reason]:

@@ -56,6 +56,7 @@ from moireid.verifier.explanations.photographs.cross_fade import CrossFade, cros
 from moireid.verifier.explanations.photographs.fringe_spacing import Spacing, spacing_of
 from moireid.verifier.explanations.photographs.third_harmonic import ThirdHarmonic
 from moireid.verifier.explanations.photographs.waveform import Waveform, waveform_of
+from moireid.verifier.explanations.strength import one_in
 from moireid.verifier.fringes.grating_signal import GratingSignal
 from moireid.verifier.fringes.signals import Measurement
 from moireid.verifier.identity.cell_slip import TOGETHER, RowsApart
@@ -167,6 +168,14 @@ class Invariant:
     compared: tuple[GratingComparison, ...] = ()
 
     @property
+    def strength(self) -> int | None:
+        """Of forgeries that know nothing of the law, at most 1 in so many looks as this film does; None where the law
+        does not explain the film, so that nothing needs to look like it.
+        """
+        bounds = [one.share_at_most for one in self.explanations if one.share_at_most is not None]
+        return one_in(max(bounds)) if bounds else None
+
+    @property
     def table(self) -> tuple[Explanation, ...]:
         """All explanations: the law, its rivals, and photographs."""
         return (*self.explanations, *self.photographs)
@@ -210,6 +219,7 @@ def judge_signals(
     code_apart: RowsApart = TOGETHER,
     page_off: bool = False,
     whole: bool = True,
+    least_strength: int = limits.LEAST_STRENGTH,
     chapters: Sequence[Sequence[GratingComparison]] = (),
 ) -> Invariant:
     """Compare explanations of one signal per grating.
@@ -228,6 +238,8 @@ def judge_signals(
         As `Identity.page_off`: the fringes then prove nothing against the film.
     whole : bool
         False leaves out what a few seconds do not need, the rivals' shares and photographs.
+    least_strength : int
+        Strength that an acceptance needs, 1 in so many.
     chapters : sequence of sequences of GratingComparison
         Comparisons of the film's chapters, of which the signals are the whole.
 
@@ -248,6 +260,7 @@ def judge_signals(
         compared = [merge_chapters(parts, figures_of(s)) for parts, s in zip(grouped, signals, strict=True)]
     else:
         options: dict[str, Any] = {"constant_room_rad": constant_room_rad, "shares": whole}
+        options["allowed_share"] = 1 / least_strength
         options["doubted"] = spacing is not None and spacing.wrong
         compared = [compare(signal, sheet, **options) for signal in signals]
     information = np.array([one.figures.information for one in compared])
@@ -279,7 +292,8 @@ def judge_signals(
         asked = [one for one in table if one.name in CONTAINING and one.fits] if only_gain else table
         # Where page or sheet is off, fringes and photographs of the design say nothing.
         if asked and not page_off:
-            reasons += findings.rivals(asked, mean.excitation_rad, law_fits=fits)
+            allowed = moved[0].allowed_share
+            reasons += findings.rivals(asked, mean.excitation_rad, law_fits=fits, allowed_share=allowed)
         if whole and not page_off:
             of_photographs, photograph_reasons = photographs(spacing, [signal for signal, _ in moving], sheet)
             reasons += photograph_reasons

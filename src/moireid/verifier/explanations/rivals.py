@@ -11,18 +11,20 @@ Over the whole film, each rival is a shape, and draws from its priors:
 | `another_gain` | move too far, not far enough, or the wrong way | gain |
 | `own_motion` | move smoothly by themselves | a random walk, smoothed over 0.5 to 3 s |
 
-How often would a rival look as law-like as this film does (`lookalike_shares`)?  Each rival is forged on the film's own
-trajectory, with parameters from its priors and with the film's own residual, resampled in blocks.  The honest
-explanation is then fitted to it as to the film.  The share of such forgeries whose gain an honest sheet may have, and
-whose residual is about as small as the film's, is the rival's share.  A film of much and varied motion leaves no rival
-a share; on a single steady sweep a drift keeps one.
+How often would a rival look as law-like as this film does (`lookalike_shares`)?  Rivals that know nothing of the law
+are forged on the film's own trajectory, with parameters drawn from their priors and with the film's own residual,
+resampled in blocks.  The honest explanation is then fitted to each as to the film.  The share of such forgeries whose
+gain an honest sheet may have, and whose residual is about as small as the film's, is the rival's share.  A film of much
+and varied motion leaves no rival a share; on a single steady sweep a drift keeps one.  `late` and `another_gain`
+contain the law: their draws that look like the film are, within its error, films of an honest badge (on an even sweep a
+delay is another phase constant), so they have no share and count by their fit alone.
 
 Do the fringes leave the law for a while (`worst_spell`)?  In each window of the film they are compared with the law,
 and with fringes that meanwhile stay still, go the wrong way, or go half or twice as far.  A window's phase constant is
 free, so nothing outside of it counts.
 
-Convention: phases (N, D) in rad with mean 0 in each stretch.  Priors are even over the ranges of `verifier.limits`;
-    a gain that an honest sheet may have is no rival.  Shares from 0 to 1.  A window's *slip* is its residual's
+Convention: phases (N, D) in rad with mean 0 in each stretch.  Priors are even over the ranges of `verifier.limits`.
+    Shares from 0 to 1.  A window's *slip* is its residual's
     projection on the law's own change there, rad times the root of blocks; on an honest film slips scatter about 0,
     with outliers where a pose is poor.
 Source: shares: a parametric bootstrap under each rival; blocks of `RESAMPLED_S`, which hold what is correlated (Kuensch
@@ -42,6 +44,7 @@ from numpy.typing import NDArray
 from moireid.verifier import limits
 from moireid.verifier.explanations.honest import HonestModel, PhaseSeries, Room
 from moireid.verifier.explanations.residuals import deviation_rad, log10_odds, spread_rad
+from moireid.verifier.explanations.strength import LookalikeShare
 
 Array = NDArray[np.float64]
 
@@ -50,19 +53,14 @@ Array = NDArray[np.float64]
 class Rival:
     """One rival; what the fringes do, and what would exclude it, is in `words`.
 
-    variants: columns (N, K) whose best-fitting sum is the rival's phase, each with a parameter or None; None for a
-    rival that contains the law.
-    draws: phases (N, D) with parameters from its priors.
+    variants: columns (N, K) whose best-fitting sum is the rival's phase, each with a parameter or None; None for one
+    that may fit anything, whose share alone counts.
+    draws: phases (N, D) with parameters from its priors; None for one that contains the law.
     """
 
     name: str
     variants: Callable[[PhaseSeries], list[tuple[float | None, Array]]] | None
-    draws: Callable[[PhaseSeries, np.random.Generator, int, Room], Array]
-
-
-def even(count: int, low: float, high: float) -> Array:
-    """So many values (count,), evenly over a range."""
-    return np.asarray(low + (high - low) * (np.arange(count) + 0.5) / count)
+    draws: Callable[[PhaseSeries, np.random.Generator, int], Array] | None
 
 
 def _stretches(series: PhaseSeries) -> tuple[NDArray[np.int64], Array, Array]:
@@ -116,15 +114,10 @@ def _place(series: PhaseSeries) -> Array:
 def _scaled(columns: Callable[[PhaseSeries], Array]) -> Callable[..., Array]:
     """Draws of a shape times any ratio to the best-fitting one."""
 
-    def draws(series: PhaseSeries, rng: np.random.Generator, count: int, room: Room) -> Array:
-        return np.outer(nearest(series, columns(series), series.law_rad), even(count, *limits.FORGED_GAINS))
+    def draws(series: PhaseSeries, rng: np.random.Generator, count: int) -> Array:
+        return np.outer(nearest(series, columns(series), series.law_rad), rng.uniform(*limits.FORGED_GAINS, count))
 
     return draws
-
-
-def _delays(series: PhaseSeries, rng: np.random.Generator, count: int, room: Room) -> Array:
-    late = even((count + 1) // 2, *limits.LATE_RANGE_S)
-    return delayed(series, np.concatenate([late, -late]))
 
 
 def _known_delays(series: PhaseSeries) -> list[tuple[float | None, Array]]:
@@ -132,16 +125,11 @@ def _known_delays(series: PhaseSeries) -> list[tuple[float | None, Array]]:
     return list(zip(delays, delayed(series, np.array(delays)).T[:, :, None], strict=True))
 
 
-def _gains(series: PhaseSeries, rng: np.random.Generator, count: int, room: Room) -> Array:
-    gains = even(count, *limits.FORGED_GAINS)
-    return np.outer(series.law_rad, gains[(gains < room[0]) | (gains > room[1])])
-
-
-def _rest(series: PhaseSeries, rng: np.random.Generator, count: int, room: Room) -> Array:
+def _rest(series: PhaseSeries, rng: np.random.Generator, count: int) -> Array:
     return np.zeros((len(series.times_s), count))
 
 
-def _own_motions(series: PhaseSeries, rng: np.random.Generator, count: int, room: Room) -> Array:
+def _own_motions(series: PhaseSeries, rng: np.random.Generator, count: int) -> Array:
     """Random walks, each smoothed over a time of its own, as wide as the law."""
     walks = np.cumsum(rng.normal(size=(len(series.times_s), count)), axis=0)
     spans = rng.uniform(*limits.OWN_MOTION_S, count)
@@ -156,9 +144,9 @@ def _own_motions(series: PhaseSeries, rng: np.random.Generator, count: int, room
 RIVALS = (
     Rival("still", lambda series: [(None, np.zeros((len(series.times_s), 0)))], _rest),
     Rival("drift", lambda series: [(None, _time(series))], _scaled(_time)),
-    Rival("late", _known_delays, _delays),
+    Rival("late", _known_delays, None),
     Rival("place", lambda series: [(None, _place(series))], _scaled(_place)),
-    Rival("another_gain", lambda series: [], _gains),
+    Rival("another_gain", lambda series: [], None),
     Rival("own_motion", None, _own_motions),
 )
 
@@ -166,8 +154,8 @@ RIVALS = (
 def rival_odds(
     rival: Rival, series: PhaseSeries, own: float, samples: float, room: Room
 ) -> tuple[float, dict[str, float]] | None:
-    """Decadic logarithm of the odds of the law over the rival's best fit, and that fit's parameters; None for a rival
-    that contains the law, whose share alone counts.
+    """Decadic logarithm of the odds of the law over the rival's best fit, and that fit's parameters; None for one
+    that may fit anything, whose share alone counts.
 
     Parameters: own: sum of squares that the law leaves; samples: independent samples in that; room: gains of honest
         badges.
@@ -210,47 +198,47 @@ def _gain_outside(series: PhaseSeries, room: Room) -> tuple[Array, dict[str, flo
     return series.measured_rad - gain * series.law_rad, {"gain": gain}
 
 
-#: Rivals whose phase constant may be any.
-BY_CHANCE = ("still", "drift", "place", "own_motion")
-
-
 def lookalike_shares(
     model: HonestModel,
     residual_rad: Array,
     room: Room,
     *,
+    allowed: float,
     constant_room_rad: float | None = None,
-    draws: int = limits.DRAWS,
     seed: int = 0,
-) -> dict[str, float]:
-    """The share of each rival, by its name.
+) -> dict[str, LookalikeShare]:
+    """The share of each rival that knows nothing of the law, by its name.
 
-    Parameters: residual_rad (N,): of the film, fitted by `model`; room: gains that may be accepted; constant_room_rad:
-        how far the phase constant may be from that at enrolment, None where none is known.
+    Parameters: residual_rad (N,): of the film, fitted by `model`; room: gains that may be accepted; allowed: share that
+        an acceptance allows, which ends the draws once it is surely above or below; constant_room_rad: how far the
+        phase constant may be from that at enrolment, None where none is known.
 
     Notes
     -----
     Source: the constant of fringes that drift, follow a place or move by themselves is any of a turn, so of a known one
-    they meet so much by chance; that of late fringes follows from the delay.
+    they meet so much by chance.
     """
     series, rng = model.series, np.random.default_rng(seed)
-    noise = resampled(residual_rad, series.step_s, rng, draws)
     most = limits.ALIKE_RATIO * float(spread_rad(residual_rad[:, None])[0])
+    met = 1.0 if constant_room_rad is None else min(1.0, constant_room_rad / np.pi)
+    count = min(max(limits.DRAWN_VALUES // len(residual_rad), 20), limits.DRAWS)
 
-    def share(name: str, phases: Array) -> float:
-        fit = model.fit(series.centred(phases + limits.RESAMPLED_SHARE * noise[:, : phases.shape[1]]))
-        alike = (room[0] <= fit.gain) & (fit.gain <= room[1])
-        if constant_room_rad is not None and name == "late":
-            alike &= np.abs(series.weight @ phases) <= constant_room_rad * series.weight.sum()
-        if alike.any():
-            alike[alike] = spread_rad(fit.residual_rad[:, alike]) <= most
-        met = 1.0
-        if constant_room_rad is not None and name in BY_CHANCE:
-            met = min(1.0, constant_room_rad / np.pi)
-        return met * float(alike.mean())
+    def share_of(rival: Rival) -> LookalikeShare:
+        alike = drawn = 0
+        share = LookalikeShare.of(alike, drawn, met)
+        while drawn < limits.MOST_DRAWS and share.at_least <= allowed < share.at_most:
+            assert rival.draws is not None
+            phases = rival.draws(series, rng, count)
+            noise = limits.RESAMPLED_SHARE * resampled(residual_rad, series.step_s, rng, count)
+            fit = model.fit(series.centred(phases + noise))
+            like = (room[0] <= fit.gain) & (fit.gain <= room[1])
+            if like.any():
+                like[like] = spread_rad(fit.residual_rad[:, like]) <= most
+            alike, drawn = alike + int(like.sum()), drawn + count
+            share = LookalikeShare.of(alike, drawn, met)
+        return share
 
-    drawn = {rival.name: rival.draws(series, rng, draws, room) for rival in RIVALS}
-    return {name: share(name, phases) if phases.shape[1] else 0.0 for name, phases in drawn.items()}
+    return {rival.name: share_of(rival) for rival in RIVALS if rival.draws is not None}
 
 
 def resampled(residual_rad: Array, step_s: float, rng: np.random.Generator, count: int) -> Array:

@@ -12,6 +12,7 @@ from typing import Any
 
 from moireid.provenance import BadgeHolder, Exclusion
 from moireid.verifier.decision.comparison import cause_of
+from moireid.verifier.decision.figures import in_words
 from moireid.verifier.explanations.words import WORDS, does, how_far
 from moireid.verifier.report.circumstances import Circumstances, ClaimNote, claimed_in, day
 from moireid.verifier.report.finding_words import (
@@ -116,6 +117,9 @@ def _open(document: Mapping[str, Any], found: Findings) -> Headline:
         known = {one.name: one.parameters for one in rivals_in(document)}
         words = words_of(first, (document.get("frames") or {}).get("read"), known.get(first["code"]))
     text = "This film neither proves nor disproves the badge."
+    calibrated = (document.get("invariant") or {}).get("calibrated_log10")
+    if calibrated:
+        text += f" By itself, how its fringes moved gives {in_words(calibrated)}."
     if first is not None and first["code"] == "level":
         text = first["text"]
     return Headline("inconclusive", f"Cannot tell: {words.because}", text, words.advice)

@@ -13,7 +13,7 @@ from typing import Any
 from moireid.verifier.decision.comparison import LAW, Explanation
 from moireid.verifier.decision.figures import in_words
 from moireid.verifier.explanations.words import WORDS, does
-from moireid.verifier.limits import CALIBRATION_CAP_LOG10, MAX_RIVAL_LOG10, MAX_RIVAL_SHARE
+from moireid.verifier.limits import CALIBRATION_CAP_LOG10, MAX_RIVAL_LOG10
 
 #: An entry of `explanations`, as in the JSON of a report.
 Entry = Mapping[str, Any]
@@ -59,13 +59,14 @@ def table_of(document: Mapping[str, Any]) -> RivalTable | None:
         return None
     rows = tuple(_row(one) for one in entries)
     rivals = len(rows) - 1
-    factor, cases = 10**MAX_RIVAL_LOG10, 100 * MAX_RIVAL_SHARE
+    factor = 10**MAX_RIVAL_LOG10
     compared = (
         f"The law of optics and {rivals} other explanations of how the fringes moved, and of their shape, were each "
         f"fitted to this film. Another explanation remains if it fits the film more than {factor:.0f} times better "
-        f"than the law does, or if it would look as much like the law as this film does in more than {cases:.0f} of "
-        "100 cases."
+        "than the law does, or if too many films of it would look as much like the law as this one does."
     )
+    strength = document.get("strength")
+    compared += f" {strength['words']}" if strength else ""
     calibrated = (document.get("invariant") or {}).get("calibrated_log10")
     if calibrated is None:
         return RivalTable(rows, compared)
@@ -86,7 +87,7 @@ def rivals_in(document: Mapping[str, Any]) -> list[Explanation]:
     """The rivals of the motion in a report."""
     names = [field.name for field in fields(Explanation)]
     known = [one for one in document.get("explanations") or [] if one["name"] not in (LAW, *PHOTOGRAPHS)]
-    return [Explanation(**{name: one[name] for name in names}) for one in known]
+    return [Explanation(**{name: one.get(name) for name in names}) for one in known]
 
 
 def _row(entry: Entry) -> RivalRow:

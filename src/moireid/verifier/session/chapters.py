@@ -170,6 +170,7 @@ def _judged_by(track: Track, claim: Claim, repeated: int) -> Chapter:
         constant_room_rad=constant,
         code_apart=identity.rows_apart,
         page_off=identity.page_off,
+        least_strength=claim.strength,
     )
     segments = judge_segments(measurement, repeated, sheet)
     stages["invariant"] = time.perf_counter() - clock

@@ -7,12 +7,13 @@ from typing import Any
 
 from moireid.asbuilt import AsBuilt, DatedFigures
 from moireid.badge import Badge
+from moireid.errors import SpecError
 from moireid.names import hidden_letters, hidden_words
 from moireid.provenance import ClaimedBadge, Provenance, Seal
 from moireid.verifier.camera.known_camera import KnownCamera
 from moireid.verifier.decision.sheet_gain import SheetGain, as_built, designed, to_measure
 from moireid.verifier.identity.decode import Identity
-from moireid.verifier.limits import MIN_COVER_SHARE
+from moireid.verifier.limits import LEAST_STRENGTH, MIN_COVER_SHARE, MOST_STRENGTH
 from moireid.verifier.reasons import Reason
 from moireid.verifier.session.check_level import CheckLevel
 
@@ -51,6 +52,9 @@ class Claim:
         Least share of the film, 0 to 1, that must be judged; with less the verdict is inconclusive.
     level : {"record", "enrolled", "live"}
         Least level that must be reached (`check_level`); below it the verdict is inconclusive.
+    strength : int
+        An acceptance needs that at most 1 in so many forgeries that know nothing of the law would look as the film does
+        (`explanations.strength`); from the default to `MOST_STRENGTH`.
     enrolling : bool
         Measure the gain of the badge's sheet: accept any gain with which a badge can be enrolled.
     """
@@ -66,13 +70,20 @@ class Claim:
     provenance: Provenance | None = None
     cover_share: float = MIN_COVER_SHARE
     level: CheckLevel = "record"
+    strength: int = LEAST_STRENGTH
     enrolling: bool = False
     seal: Seal | None = None
     camera: KnownCamera | None = None
 
     @classmethod
     def of(cls, found: ClaimedBadge, **asked: Any) -> Claim:
-        """The claim of a badge, with what else is asked for, by the names of the fields."""
+        """The claim of a badge, with what else is asked for, by the names of the fields.
+
+        Raises: SpecError if a strength below the default is asked for, or one that so many draws cannot show.
+        """
+        strength = asked.get("strength", LEAST_STRENGTH)
+        if not LEAST_STRENGTH <= strength <= MOST_STRENGTH:
+            raise SpecError(f"strength is {LEAST_STRENGTH} to {MOST_STRENGTH}, not {strength:g}; give one of these")
         return cls(
             found.badge,
             found.badge.id,

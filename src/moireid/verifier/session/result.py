@@ -14,6 +14,7 @@ from moireid.lazy import from_room
 from moireid.names import line_of
 from moireid.provenance import Source, Standing
 from moireid.verifier.decision.judge import Invariant, Segment
+from moireid.verifier.explanations.strength import strength_json
 from moireid.verifier.fringes.signals import Measurement
 from moireid.verifier.identity.decode import Identity
 from moireid.verifier.reasons import Reason, Verdict, json_number, worst
@@ -98,8 +99,6 @@ class Report:
         Which seconds were judged; None for a method that does not state it.
     claim_source : {"registry", "file", "bundle"} or None
         Where the name of the badge's holder comes from; None if nothing was claimed, or a program made the claim.
-    detectors : tuple of (str, float)
-        Names and scores of other detectors, as they were given; they do not change the verdict.
     registry : Standing or None
         Authority and head of the registry, or of its bundle, that was asked; None if none was.
     level : {"record", "enrolled", "live"} or None
@@ -128,7 +127,6 @@ class Report:
     overlap: Overlap | None = None
     cover: Cover | None = None
     claim_source: Source | None = None
-    detectors: tuple[tuple[str, float], ...] = ()
     registry: Standing | None = None
     level: CheckLevel | None = None
 
@@ -222,6 +220,7 @@ class Report:
             "level": self.level,
             "reasons": [reason.to_json() for reason in self.reasons],
             "invariant": self.invariant.to_json() | {"gratings": self._gratings()},
+            "strength": strength_json(self.invariant.strength),
             "explanations": [one.to_json() for one in self.invariant.table],
             "identity": self.identity.to_json(),
             "claim_source": self.claim_source,
@@ -256,7 +255,6 @@ class Report:
             "moireid": __version__,
             # Only the process that started this one can say how it is sealed.
             "sealed": [],
-            "detectors": [{"name": name, "score": json_number(score)} for name, score in self.detectors],
         }
 
 

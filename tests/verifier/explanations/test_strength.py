@@ -1,0 +1,47 @@
+"""Bounds of a share that hold whenever the draws stop.  Each docstring names the wrong code that the test catches."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from moireid.verifier.explanations.strength import HITS, MISSES, UNSURE, LookalikeShare, one_in, share_bounds
+
+
+def test_without_a_hit_the_bound_is_known_in_closed_form():
+    """Catches: a bound for one look that is used at each.  Closed form: (1 - p)^n (a + b + n ...) for a = 1."""
+    assert HITS == 1.0
+    for drawn in (20, 100, 500, 5000):
+        low, high = share_bounds(0, drawn)
+        assert low == 0.0
+        assert MISSES / (MISSES + drawn) / (1 - high) ** drawn == pytest.approx(1 / UNSURE, rel=1e-6)
+    assert share_bounds(0, 0) == (0.0, 1.0)
+    assert share_bounds(7, 7)[1] == 1.0
+
+
+@pytest.mark.parametrize("share", [0.002, 0.02, 0.3])
+def test_the_bounds_hold_however_often_one_looks(share, rng):
+    """Catches: bounds of a fixed number of draws, which ten looks break several times as often."""
+    wrong = 0
+    for _ in range(400):
+        alike = np.cumsum(rng.binomial(500, share, 10))
+        found = [share_bounds(int(hits), 500 * (k + 1)) for k, hits in enumerate(alike)]
+        wrong += any(not low <= share <= high for low, high in found)
+    # Four standard deviations above one in a hundred.
+    assert wrong / 400 <= UNSURE + 4 * math.sqrt(UNSURE / 400)
+
+
+def test_more_draws_tell_more(rng):
+    """Catches: a bound that never closes."""
+    widths = [np.subtract(*share_bounds(draws // 50, draws)[::-1]) for draws in (500, 1000, 5000)]
+    assert widths == sorted(widths, reverse=True) and widths[-1] < 0.015
+
+
+def test_the_strength_is_that_of_the_upper_bound_rounded_down():
+    """Catches: a strength by the estimate, which is infinite where none of a few looks alike; one rounded up."""
+    share = LookalikeShare.of(0, 400)
+    assert share.share == 0.0 and one_in(share.at_most) == 59
+    assert one_in(1.0) == 1 and one_in(0.02) == 50 and one_in(0.0201) == 49
+    assert LookalikeShare.of(0, 400, met=0.1).at_most == pytest.approx(0.1 * share.at_most)
