@@ -4,7 +4,7 @@
 # make docs    the guides, into site/           make gallery   their pictures
 # make wheel   wheel and source archive in dist/   make audit   are known holes in what is locked?
 # make platform-wheels  wheels for Linux, macOS and Windows, in build/platforms
-# make wheels  what a container image is made of, with `make debs`: see Containerfile
+# make wheels  what a container image is made of, with `make debs`: see deploy/Containerfile
 # make schemas  the shipped JSON Schemas, from the models
 # make lock    the lock files and the list of parts   make release   tests of an installed wheel, audit, wheel
 PYTHON ?= python3
@@ -29,11 +29,11 @@ RESOLVE := $(BIN)/uv pip compile --generate-hashes --no-emit-index-url --no-emit
 setup: .venv/.ready
 
 # The stamp is newer than what it was made from, so a second `make` costs nothing.
-.venv/.ready: requirements.lock $(PROJECTS) hatch_build.py $(wildcard src/moireid/verifier/kernel/*.[ch])
+.venv/.ready: locks/requirements.lock $(PROJECTS) hatch_build.py $(wildcard src/moireid/verifier/kernel/*.[ch])
 	@$(PYTHON) -c 'import sys; sys.exit(not (3, 11) <= sys.version_info < (3, 14))' || { echo "error: Python 3.11, 3.12 or 3.13 is needed; try make PYTHON=python3.12" >&2; exit 2; }
 	test -x $(BIN)/python || $(PYTHON) -m venv .venv
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check uv==$(UV_VERSION)
-	$(BIN)/uv pip install --quiet --python $(BIN)/python --require-hashes -r requirements.lock
+	$(BIN)/uv pip install --quiet --python $(BIN)/python --require-hashes -r locks/requirements.lock
 	@# The compiler of the kernel is that of the lock.
 	$(BIN)/uv pip install --quiet --python $(BIN)/python --no-deps --no-build-isolation -e . -e studio -e lab
 	@# What a verify loads is compiled here once: uv leaves that to the first run, and some machines forbid Python to keep it.
@@ -76,19 +76,19 @@ schemas: setup
 
 # Each list of parts is written from an environment of its own, so that it names licences and who needs whom.
 lock:
-	$(RESOLVE) $(PROJECTS) --all-extras --output-file requirements.lock
-	$(RESOLVE) pyproject.toml studio/pyproject.toml $(SERVER:%=--extra %) --constraint requirements.lock --output-file requirements-server.lock
-	$(MAKE) --no-print-directory parts OF=pyproject.toml EXTRAS="cad postgres face c2pa simulate" TO=moireid.cdx.json
+	$(RESOLVE) $(PROJECTS) --all-extras --output-file locks/requirements.lock
+	$(RESOLVE) pyproject.toml studio/pyproject.toml $(SERVER:%=--extra %) --constraint locks/requirements.lock --output-file locks/requirements-server.lock
+	$(MAKE) --no-print-directory parts OF=pyproject.toml EXTRAS="cad postgres face c2pa simulate" TO=locks/moireid.cdx.json
 	mkdir -p build && sed '/"moireid==/d; /tool.uv.sources/,/^$$/d' studio/pyproject.toml > build/pyproject.toml
 	$(MAKE) --no-print-directory parts OF=build/pyproject.toml EXTRAS="cluster" TO=studio/moireid-studio.cdx.json
 
 # parts OF=pyproject.toml EXTRAS="..." TO=FILE: a list of the parts of one distribution; the studio's leaves out moireid's.
 parts:
 	$(BIN)/uv venv --quiet --clear --python $(BIN)/python build/parts
-	$(RESOLVE) $(OF) $(EXTRAS:%=--extra %) --constraint requirements.lock --quiet --output-file build/parts/requirements.lock
+	$(RESOLVE) $(OF) $(EXTRAS:%=--extra %) --constraint locks/requirements.lock --quiet --output-file build/parts/requirements.lock
 	$(BIN)/uv pip install --quiet --python build/parts/bin/python --require-hashes -r build/parts/requirements.lock
 	$(BIN)/uv tool run --quiet --from cyclonedx-bom==$(PARTS_VERSION) cyclonedx-py environment --pyproject $(OF) --output-reproducible --output-file $(TO) build/parts/bin/python
-	build/parts/bin/python .ci/parts.py $(TO) requirements.lock
+	build/parts/bin/python .ci/parts.py $(TO) locks/requirements.lock
 
 # The library by which the studio draws in 3D, as one file; it needs node, and `make lock` afterwards notes it.
 three:
@@ -98,10 +98,10 @@ three:
 	cp build/three/bundled.js studio/src/moireid_studio/static/three.js
 	cp build/three/node_modules/three/LICENSE studio/src/moireid_studio/static/three.LICENSE
 
-# What a container image is built of, without a network (Containerfile).  The second asks a container engine.
+# What a container image is built of, without a network (deploy/Containerfile).  The second asks a container engine.
 wheels: setup
 	mkdir -p build/wheels
-	$(BIN)/python -m pip download --quiet --disable-pip-version-check --require-hashes --only-binary :all: --dest build/wheels --requirement requirements-server.lock
+	$(BIN)/python -m pip download --quiet --disable-pip-version-check --require-hashes --only-binary :all: --dest build/wheels --requirement locks/requirements-server.lock
 	rm -f build/wheels/moireid*.whl
 	bash .ci/build build/made > /dev/null
 	cp build/made/*.whl build/wheels/
@@ -111,7 +111,7 @@ debs:
 	$(ENGINE) run --rm --volume "$(CURDIR)/build/debs:/debs" docker.io/library/python:3.11-slim-trixie sh -c 'apt-get update && apt-get install --yes --download-only libgl1 libx11-6 libxrender1 && cp /var/cache/apt/archives/*.deb /debs'
 
 audit: setup
-	$(BIN)/python .ci/audit.py requirements.lock --parts moireid.cdx.json --parts studio/moireid-studio.cdx.json
+	$(BIN)/python .ci/audit.py locks/requirements.lock --parts locks/moireid.cdx.json --parts studio/moireid-studio.cdx.json
 
 wheel: setup
 	bash .ci/build dist
@@ -122,7 +122,7 @@ platform-wheels: setup
 
 release: setup
 	MOIREID_NEWEST=1 $(PYTEST) tests/end_to_end/test_wheel.py tests/end_to_end/test_installed.py $(ARGS)
-	$(BIN)/python .ci/audit.py requirements.lock --parts moireid.cdx.json --parts studio/moireid-studio.cdx.json || test $$? -eq 3
+	$(BIN)/python .ci/audit.py locks/requirements.lock --parts locks/moireid.cdx.json --parts studio/moireid-studio.cdx.json || test $$? -eq 3
 	bash .ci/build dist
 
 clean:

@@ -46,7 +46,7 @@ class Place:
     def environment(self) -> dict[str, str]:
         cache = subprocess.run([UV, "cache", "dir"], capture_output=True, text=True, check=True).stdout.strip()
         passed = {name: word for name, word in os.environ.items() if name.startswith(("SSL_", "PIP_", "LC_", "LANG"))}
-        locked = {} if "MOIREID_NEWEST" in os.environ else {"UV_CONSTRAINT": str(ROOT / "requirements.lock")}
+        locked = {} if "MOIREID_NEWEST" in os.environ else {"UV_CONSTRAINT": str(ROOT / "locks" / "requirements.lock")}
         tools, programs = self.folder / "tools", self.folder / "bin"
         own = {"HOME": str(self.folder), "UV_CACHE_DIR": cache, "UV_PYTHON": sys.executable}
         own |= {"UV_TOOL_DIR": str(tools), "UV_TOOL_BIN_DIR": str(programs), "UV_PYTHON_DOWNLOADS": "never"}
@@ -137,7 +137,7 @@ def test_the_servers_lock_serves(wheel: Path, tmp_path: Path) -> None:
     both = [str(wheel), *map(str, wheel.parent.glob("moireid_studio-*.whl"))]
     for line in (
         "uv venv --quiet served",
-        f"uv pip install --python served/bin/python --require-hashes -r {ROOT / 'requirements-server.lock'}",
+        f"uv pip install --python served/bin/python --require-hashes -r {ROOT / 'locks' / 'requirements-server.lock'}",
         f"uv pip install --python served/bin/python --no-deps {' '.join(map(shlex.quote, both))}",
     ):
         done = place.run(line)

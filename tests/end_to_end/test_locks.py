@@ -43,7 +43,7 @@ def locked(name: str) -> dict[str, tuple[str, frozenset[str]]]:
 
 @pytest.fixture(scope="module")
 def everything() -> dict[str, tuple[str, frozenset[str]]]:
-    return locked("requirements.lock")
+    return locked("locks/requirements.lock")
 
 
 #: The machine of which the lists of parts are.
@@ -51,7 +51,7 @@ LINUX = {"sys_platform": "linux", "platform_system": "Linux", "os_name": "posix"
 LINUX |= {"python_version": "3.11", "python_full_version": "3.11.7"}
 #: Folders of the distributions, and the list of parts in the wheels of two of them.
 DISTRIBUTIONS = (".", "studio", "lab")
-PARTS = {".": "moireid.cdx.json", "studio": "studio/moireid-studio.cdx.json"}
+PARTS = {".": "locks/moireid.cdx.json", "studio": "studio/moireid-studio.cdx.json"}
 
 
 def wanted(folder: str, *, development: bool = False) -> set[str]:
@@ -64,7 +64,7 @@ def wanted(folder: str, *, development: bool = False) -> set[str]:
 
 def test_a_server_gets_what_was_tested_and_no_tools(everything: dict[str, tuple[str, frozenset[str]]]) -> None:
     """Catches: a lock that was renewed alone, so that servers run versions without a test; test tools on a server."""
-    server = locked("requirements-server.lock")
+    server = locked("locks/requirements-server.lock")
     assert {name: everything[name] for name in server} == server
     assert {"fastapi", "psycopg", "c2pa-python", "dlib-bin", "build123d", "numpy"} <= set(server)
     # Workers of a studio are installed from the same lock.
@@ -118,14 +118,14 @@ def test_the_list_of_parts_states_who_needs_whom(folder: str) -> None:
 def test_each_part_has_the_hashes_of_the_lock() -> None:
     """Catches: a list by which no one can check what was installed; hashes of another version; a package of a server
     that no list names."""
-    digests = locked("requirements.lock")
+    digests = locked("locks/requirements.lock")
     listed = set()
     for folder in PARTS:
         for one in parts_of(folder)["components"]:
             name = canonicalize_name(one["name"])
             listed.add(name)
             assert {f"sha256:{given['content']}" for given in one["hashes"]} == digests[name][1] != set(), name
-    server = (ROOT / "requirements-server.lock").read_text(encoding="utf-8")
+    server = (ROOT / "locks" / "requirements-server.lock").read_text(encoding="utf-8")
     wanted = [Requirement(line.rstrip(" \\")) for line in server.splitlines() if re.match("[a-z]", line)]
     # The lists are of Linux.
     assert {one.name for one in wanted if one.marker is None or one.marker.evaluate(LINUX)} <= listed

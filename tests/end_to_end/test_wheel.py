@@ -76,7 +76,7 @@ def test_the_wheel_holds_the_package_and_nothing_else(built: list[Path]) -> None
         assert {name for name in names if ".dist-info/" not in name} == package
         (parts,) = [name for name in names if "/sboms/" in name]
         assert parts.endswith(f".dist-info/sboms/{PARTS}")
-        assert wheel.read(parts) == (ROOT / PARTS).read_bytes()
+        assert wheel.read(parts) == (ROOT / "locks" / PARTS).read_bytes()
         assert {f"moireid-{__version__}.dist-info/licenses/{name}" for name in ("LICENSE", "THIRD_PARTY.md")} <= names
 
 
