@@ -3,8 +3,7 @@
 commands.md     every command, from click's own help
 simulation.md   builds, flaws and effects, from the tables of `simulate`
 python/         a page of each room, from the docstrings of what it exports
-badge-json.md   each field of badge.json, from the shipped schema; report-json.md the same of a report, and
-                capture-record.md of a capture record
+badge-json.md   each field of badge.json, from the shipped schema; report-json.md the same of a report
 """
 
 from __future__ import annotations
