@@ -58,7 +58,7 @@ def test_a_verdict_is_coloured_on_a_terminal_alone(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("program", "line", "expected"),
     [
-        ("moireid", "moireid ver", {"verify", "verdicts"}),
+        ("moireid", "moireid ver", {"verify"}),
         ("moireid", "moireid registry sus", {"suspend"}),
         ("moireid", "moireid print --pap", {"--paper"}),
         ("print-your-badge", "print-your-badge --paper l", {"letter"}),

@@ -66,19 +66,6 @@ def test_many_rays_at_once_land_where_each_does() -> None:
     assert np.stack([s, t, share], axis=1) == pytest.approx(each, abs=1e-9)
 
 
-def test_a_round_lens_is_the_cylinder_along_its_axis() -> None:
-    """Catches: a sphere with another radius or grid, and a ray that is lost between cells."""
-    from outside.lens import through_cylinder, through_sphere
-
-    for entry, tangent in ((0.1, 0.0), (0.3, 0.2), (0.5, 0.3), (0.02, -0.3)):
-        flat = through_cylinder(entry, tangent, 0.0, 0.0, PITCH, 0.4, THICKNESS, INDEX)
-        middle = PITCH / 2
-        across = through_sphere(entry, middle, tangent, 0.0, 0.0, PITCH, 0.4, THICKNESS, INDEX)
-        along = through_sphere(middle, entry, 0.0, tangent, 0.0, PITCH, 0.4, THICKNESS, INDEX)
-        assert across == pytest.approx((flat[0], middle, flat[2]), abs=1e-9)
-        assert along == pytest.approx((middle, flat[0], flat[2]), abs=1e-9)
-
-
 def _striped_page():  # type: ignore[no-untyped-def]
     """A board of 120 x 60 mm with plain lines under a sheet of 100 x 40 mm."""
     from outside.page import Lens, Sheet, from_raster
@@ -90,7 +77,7 @@ def _striped_page():  # type: ignore[no-untyped-def]
     rows = slice(round(10 * px_per_mm), round(50 * px_per_mm))
     grey[rows] = lines.astype(np.uint8)
     grey[rows, np.abs(x) > 50] = 255
-    lens = Lens(PITCH, THICKNESS, INDEX, RADIUS, round=False)
+    lens = Lens(PITCH, THICKNESS, INDEX, RADIUS)
     return from_raster(grey, (px_per_mm, px_per_mm), (120.0, 60.0), lens, (Sheet((0.0, 0.0), (50.0, 20.0), 0.0),))
 
 
