@@ -39,16 +39,15 @@ def signal(
     depth: DepthLaw | None = None,
     near: np.ndarray | None = NEAR,
     measured: np.ndarray | None = None,
-    place_px: np.ndarray | None = None,
     expected: np.ndarray | None = None,
 ) -> GratingSignal:
-    """A badge's signal; unless it is given, its place in the picture says nothing."""
+    """A badge's signal; its place in the picture says nothing."""
     rng = np.random.default_rng(5)
     beyond = BeyondPhase(
         law,
         depth or depth_of(1.0),
         np.full(FRAMES, TYPICAL) if overtone is None else overtone,
-        rng.standard_normal((FRAMES, 2)) if place_px is None else place_px,
+        rng.standard_normal((FRAMES, 2)),
         np.ones(FRAMES, complex) if expected is None else expected,
     )
     course = law - law.mean()

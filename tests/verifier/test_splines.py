@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scipy.interpolate import BSpline, CubicSpline, make_smoothing_spline
+from scipy.interpolate import CubicSpline, make_smoothing_spline
 
-from moireid.verifier.series import cubic_bumps, slopes, smoothed
+from moireid.verifier.series import slopes, smoothed
 
 
 @pytest.fixture(params=[5, 8, 300])
@@ -56,14 +56,3 @@ def test_slopes_are_those_of_the_spline_through_all_values(count: int, rng: np.r
     expected = CubicSpline(places, values)(at, 1)
     assert slopes(places, values, at) == pytest.approx(expected, abs=1e-10)
     assert slopes(places, places**3, at) == pytest.approx(3 * at**2, rel=1e-9)
-
-
-@pytest.mark.parametrize("knots", [1, 4, 30])
-def test_bumps_add_up_to_one_and_are_those_of_de_boor(knots: int, rng: np.random.Generator) -> None:
-    """Catches: a last place that no bump covers, knots that are not repeated at the ends."""
-    places = rng.normal(size=200)
-    low, high = places.min(), places.max()
-    grid = np.array([*[low] * 3, *np.linspace(low, high, knots + 1), *[high] * 3])
-    found = cubic_bumps(places, knots)
-    assert found.shape == (200, knots + 3) and found.sum(axis=1) == pytest.approx(1.0, abs=1e-12)
-    assert found == pytest.approx(BSpline.design_matrix(places, grid, 3).toarray(), abs=1e-12)

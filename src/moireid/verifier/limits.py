@@ -127,9 +127,6 @@ MAX_SPACING_ERROR_RATIO, PHOTOGRAPH_SDS = 0.5, 3.0
 SPACING_FLOOR_RAD = 0.001
 #: Under a zoom within the film, distances are wrong by this share of it.  Films of `bench reality`: 0.11 to 0.25.
 ZOOM_ERROR_SHARE = 0.2
-#: A waveform that changes with parallax within this many radians of phase ripples; at most so much of it, in contrasts,
-#: is a badge's.  Set by hand: three outside films show 0.0020 to 0.0021, those of this project up to 0.0016.
-RIPPLE_STEP_RAD, MAX_RIPPLE_CONTRASTS = 0.08, 0.004
 #: A film is inconclusive if what turns with the fringes, of the third harmonic, is not by so many contrasts more than
 #: what stays still (`third_harmonic`).  Derived: a third of what two gratings of lines have, 1/9.  Twelve films of
 #: superposed photographs show 0.002 at most; true ones, of two outside renderers and ours, 0.09 to 0.29.
@@ -138,17 +135,12 @@ MIN_OVERTONE_CONTRASTS = 0.035
 #: third of what it then showed), and from the side.  Never less than this.  Derived: three times what superposed
 #: photographs show.
 LEAST_OVERTONE_CONTRASTS = 0.006
-#: A pattern that stays still on the badge may be so much of that.  Set by hand: twice what dots of 600 dpi make in
-#: the finest lines.
-MAX_STILL_SHARE = 0.3
 #: A film is inconclusive if its waveform surely changes by more than this share of what two to four cross-faded
 #: photographs make (`cross_fade`).  Set by hand: 38 true films of this project and three outside ones show -0.02
 #: at most, films of two or three such photographs 0.27 and more.
 MAX_CROSS_FADE_SHARE = 0.2
 #: By how much a badge's own waveform may change with the place in that form.  Set by hand: those films show 2 %.
 UNEVEN_SHARE = 0.02
-#: A film is inconclusive if more than this share of the fringes' way lies in such gaps.  Set by hand: the larger part.
-MAX_UNSEEN_WAY_SHARE = 0.5
 
 # --- Rivals that contain the law: how large are deviations? ----------------------------------------------------------
 

@@ -147,11 +147,6 @@ SPELL_S = 1.0
 #: hand: twice what a room full of things before a moving camera needs; a chessboard that fills the picture needs more.
 MAX_UNSEARCHED_S = 2.0
 
-#: A gap between neighbouring views of the fringes counts as unseen from this share of the mean difference between two
-#: views on (`fringes.phase_coverage`).  Derived: fewer than 12 photographs at even distances.
-MAX_VIEW_GAP_SHARE = 0.25
-
-
 # --- Which symbol is a cell, and does the cell move? -----------------------------------------------------------------
 
 #: A mount holds the sheet within 0.3 degrees of the lines; derived: the first figure is a little more.  A sheet that

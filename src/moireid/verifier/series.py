@@ -1,8 +1,7 @@
 """Filters and cubic splines over the frames of a film.
 
-Medians, means and greatest values over windows of frames; a smoothing spline at its own places, an interpolating
-spline's slope, and B-splines on an even grid.  SciPy has all of them too, but it takes longer to load than a film of
-two seconds takes to verify.
+Medians, means and greatest values over windows of frames; a smoothing spline at its own places, and an interpolating
+spline's slope.  SciPy has all of them too, but it takes longer to load than a film of two seconds takes to verify.
 
 Convention: the first axis is time; a window is centred on its frame, and beyond an end the last frame is repeated; the
 places of a spline rise strictly.
@@ -135,24 +134,3 @@ def _slopes_at_places(step: Array, chord: Array) -> Array:
     for i in range(len(main) - 2, -1, -1):
         right[i] = (right[i] - above[i] * right[i + 1]) / main[i]
     return right
-
-
-def cubic_bumps(places: Array, knots: int) -> Array:
-    """Cubic B-splines on an even grid of so many parts over all places, (T, knots + 3); each row has the sum 1.
-
-    Source: the recursion of Cox and de Boor for the four that are not 0 at a place; the grid's ends count four times.
-    """
-    low, high = float(places.min()), float(places.max())
-    grid = np.concatenate([[low] * 3, np.linspace(low, high, knots + 1), [high] * 3])
-    part = np.clip(np.searchsorted(grid, places, side="right") - 1, 3, knots + 2)
-    above, below = ([grid[part + k] - places for k in (1, 2, 3)], [places - grid[part - k] for k in (0, 1, 2)])
-    four = [np.ones(len(places))]
-    for degree in (1, 2, 3):
-        shares = [four[k] / (above[k] + below[degree - 1 - k]) for k in range(degree)]
-        falling = [above[k] * shares[k] for k in range(degree)]
-        rising = [below[degree - 1 - k] * shares[k] for k in range(degree)]
-        four = [falling[0], *(falling[k] + rising[k - 1] for k in range(1, degree)), rising[-1]]
-    found = np.zeros((len(places), knots + 3))
-    for k, height in enumerate(four):
-        found[np.arange(len(places)), part - 3 + k] = height
-    return found

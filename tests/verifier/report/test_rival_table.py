@@ -59,11 +59,11 @@ def test_odds_and_shares_are_shown_as_they_count() -> None:
 def test_photographs_are_counted_as_what_they_mean() -> None:
     """Catches: a number that no film shows; photographs named as best rival."""
     in_turn = entry("photographs_in_turn", -3.0, photographs=3.0)
-    shown = document(in_turn, entry("photographs_faded", None))
+    shown = document(in_turn, entry("photographs_laid_over", -2.0))
     table = table_of(shown)
     assert table is not None
     _, few, many = table.rows
-    assert few.does.endswith("(at best 3 of them)") and many.does.endswith("into each other") and few.remains
+    assert few.does.endswith("(at best 3 of them)") and many.does.endswith("over each other") and few.remains
     assert rivals_in(shown) == []
 
 

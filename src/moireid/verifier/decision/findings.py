@@ -305,18 +305,3 @@ def _remains(one: Explanation, allowed_share: float, *, may_fail: bool) -> Reaso
     )
     text += f"as this one does. {remedy}"
     return Reason(one.name, "undecided", one.share_at_most, allowed_share, "share", text)
-
-
-def phase_gaps(moving: Sequence[GratingSignal]) -> list[Reason]:
-    """Whether the film shows the fringes between its views; nothing where no grating moved enough."""
-    if not moving:
-        return []
-    share = max(signal.way.unseen_share for signal in moving)
-    level: Level = "pass" if share <= limits.MAX_UNSEEN_WAY_SHARE else "undecided"
-    text = "The fringes were seen all along their way."
-    if level == "undecided":
-        text = (
-            "The fringes were seen at a few places of their way and not between, as in photographs that are shown in "
-            "turn. Film again with more moves, slower ones, or more frames a second."
-        )
-    return [Reason("phase_gaps", level, share, limits.MAX_UNSEEN_WAY_SHARE, "share", text)]

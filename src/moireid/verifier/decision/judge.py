@@ -15,7 +15,6 @@ Step 5 adds these rows to the table of explanations, and these findings:
 |---|---|---|
 | `photographs_at_one_distance` | photographs from one distance, moved by the law | `spacing` |
 | `photographs_in_turn` | two to four photographs, in turn or cross-faded | `cross_fade` |
-| `photographs_faded` | more photographs, cross-faded | `waveform` |
 | `photographs_laid_over` | photographs, all superposed | `third_harmonic` |
 
 A zoom within the film, a shadow that moves, or air under the sheet can do the same to a true badge, so none of them
@@ -54,8 +53,7 @@ from moireid.verifier.decision.sheet_gain import DESIGNED, SheetGain, gain_reaso
 from moireid.verifier.explanations.honest import without_short_stretches
 from moireid.verifier.explanations.photographs.cross_fade import CrossFade, cross_fade_of
 from moireid.verifier.explanations.photographs.fringe_spacing import Spacing, spacing_of
-from moireid.verifier.explanations.photographs.third_harmonic import ThirdHarmonic
-from moireid.verifier.explanations.photographs.waveform import Waveform, waveform_of
+from moireid.verifier.explanations.photographs.third_harmonic import ThirdHarmonic, third_harmonic_of
 from moireid.verifier.explanations.strength import one_in
 from moireid.verifier.fringes.grating_signal import GratingSignal
 from moireid.verifier.fringes.signals import Measurement
@@ -78,13 +76,10 @@ def photographs(
     fades = [fade for signal in moved if (fade := cross_fade_of(signal)) is not None]
     if fades:
         rows.append(_in_turn(max(fades, key=lambda one: one.certain)))
-    waveforms = [waveform for signal in moved if (waveform := waveform_of(signal)) is not None]
-    if waveforms:
-        rows.append(_faded(max(waveforms, key=lambda one: one.ripple / one.limit)))
-        sharp = sheet.least_overtone / limits.MIN_OVERTONE_CONTRASTS
-        harmonics = [one.third_harmonic.asked(sharp) for one in waveforms if one.third_harmonic is not None]
-        if harmonics:
-            rows.append(_superposed(min(harmonics, key=lambda one: one.surplus / one.limit)))
+    sharp = sheet.least_overtone / limits.MIN_OVERTONE_CONTRASTS
+    harmonics = [one.asked(sharp) for signal in moved if (one := third_harmonic_of(signal)) is not None]
+    if harmonics:
+        rows.append(_superposed(min(harmonics, key=lambda one: one.surplus / one.limit)))
     return tuple(row for row, _ in rows if row is not None), [reason for _, reason in rows]
 
 
@@ -114,16 +109,6 @@ def _in_turn(fade: CrossFade) -> RowAndReason:
     parameters = {"photographs": float(fade.photographs), "form_share": fade.share}
     row = Explanation("photographs_in_turn", fade.log10_odds, parameters, None, fade.seen)
     return row, Reason("cross_fade", level, fade.certain, limits.MAX_CROSS_FADE_SHARE, "share", text)
-
-
-def _faded(waveform: Waveform) -> RowAndReason:
-    level: Level = "pass" if waveform.ripple <= waveform.limit else "undecided"
-    text = "The fringes keep their shape from place to place."
-    if level == "undecided":
-        text = "The fringes change their shape from place to place, as between cross-faded photographs. "
-        text += "Film in even light."
-    row = Explanation("photographs_faded", None, {}, None, level == "undecided")
-    return row, Reason("waveform", level, waveform.ripple, waveform.limit, "contrasts", text)
 
 
 def _superposed(harmonic: ThirdHarmonic) -> RowAndReason:
@@ -297,7 +282,6 @@ def judge_signals(
         if whole and not page_off:
             of_photographs, photograph_reasons = photographs(spacing, [signal for signal, _ in moving], sheet)
             reasons += photograph_reasons
-            reasons += findings.phase_gaps([signal for signal, _ in moving])
         steep_share = _steep_share([signal for signal, _ in moving], sheet, reasons)
         reasons = findings.of_any_build(reasons, steep_share, page_off=page_off)
     return Invariant(

@@ -37,7 +37,6 @@ WORDS = {
     "places": Words("move apart from place to place within a row", "film from nearer, in even light"),
     "photographs_at_one_distance": Words("be those of photographs from one distance, moved by the law"),
     "photographs_in_turn": Words("be those of a few photographs, shown in turn or faded into each other"),
-    "photographs_faded": Words("be those of more photographs, faded into each other"),
     "photographs_laid_over": Words("be those of photographs, all placed over each other"),
 }
 #: Ranges of the motion over the expected one that have words of their own.

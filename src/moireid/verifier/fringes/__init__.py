@@ -10,6 +10,5 @@ grating_signal.py  the signal of one grating: both phases, and what else the fil
 signals.py         from the track to the signals of all gratings
 sinusoid.py        least squares of a fringe on a background; unwrapping
 mixed_frames.py    are frames mixed with their neighbours?
-phase_coverage.py  which share of the fringe phases does a film show?
 beyond_phase.py    spacing against distance, and the third harmonic
 """

@@ -14,8 +14,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.verifier.fringes.phase_coverage import SeenWay
-
 Array = NDArray[np.float64]
 #: Fields of a signal, and of what it shows beyond the phase, that chapters join in time as they are.
 IN_TIME = ("measured_rad", "predicted_rad", "phase_rad", "phase_sd_rad", "times_s")
@@ -87,9 +85,8 @@ class GratingSignal:
     focal_at_limit, lasting_px, zoom: as in `CameraFit`; doubt: by how much small markers may err more than
     the error bars say, 1 for others; mixed_share: as in `mixed_frames`; beyond: what the film shows apart from the
     phase, None if it is not known; phase_rad: the measured phase with one phase constant for all stretches, as
-    `measured_rad` if none is given; way: how much of the fringes' way the film shows, also in `part`; lens_room: as in
-    `CameraFit`; steep: whether a frame shows it from so far aside that air beneath the sheet hides a part of each lens,
-    none if not given.
+    `measured_rad` if none is given; lens_room: as in `CameraFit`; steep: whether a frame shows it from so far aside
+    that air beneath the sheet hides a part of each lens, none if not given.
     """
 
     measured_rad: Array
@@ -113,7 +110,6 @@ class GratingSignal:
     mixed_share: float = 0.0
     beyond: BeyondPhase | None = None
     phase_rad: Array = field(default_factory=lambda: np.zeros(0))
-    way: SeenWay = field(default_factory=SeenWay)
     lens_room: tuple[float, float] = (1.0, 1.0)
     steep: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, bool))
     stretch: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
@@ -176,7 +172,6 @@ def joined(signals: Sequence[GratingSignal]) -> GratingSignal:
         strip_sd_rad=np.mean(each("strip_sd_rad"), axis=0),
         covariates=np.concatenate([p - p.mean(axis=0) for p in places]) if len(places) == len(signals) else None,
         beyond=joined_beyond(each("beyond")),
-        way=sum(each("way"), SeenWay()),
         steep=np.concatenate(each("steep")),
         lens_room=(min(low for low, _ in each("lens_room")), max(high for _, high in each("lens_room"))),
     )

@@ -27,7 +27,6 @@ from moireid.verifier.fringes.all_strips import StripMeasurement, measure_strips
 from moireid.verifier.fringes.beyond_phase import expected_overtone, mean_overtone
 from moireid.verifier.fringes.grating_signal import BeyondPhase, DepthLaw, GratingSignal
 from moireid.verifier.fringes.mixed_frames import carried_rad, mixed_share
-from moireid.verifier.fringes.phase_coverage import seen_way
 from moireid.verifier.fringes.place_map import PlaceMap, start_maps
 from moireid.verifier.fringes.sinusoid import joined_frames, numbered, unwrap
 from moireid.verifier.fringes.strip_law import within_law
@@ -212,7 +211,6 @@ def _grating_signal(
         beyond=_beyond(own, known, track.homographies, badge, grating, poses) if own else None,
         lens_room=poses.camera.lens_room,
         steep=_steep(frame, grating, poses),
-        way=seen_way(signal.phase_rad[np.isfinite(sd)]),
     )
 
 

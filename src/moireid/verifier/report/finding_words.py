@@ -19,13 +19,13 @@ WEIGHTIEST = (
     *("name", "identities", "identity", "beats", "enrolled", "genuine", "built", "cells_move"),
     # Rivals of the law that name a motion of the fringes; `wander` only says that they leave the law.
     *("explanations", "still", "drift", "late", "place", "another_gain", "own_motion", "spell"),
-    *("gain", "agreement", "rows", "places", "residual", "spacing", "waveform", "wander"),
+    *("gain", "agreement", "rows", "places", "residual", "spacing", "wander"),
 )
 #: A cause that makes other findings inconclusive comes before them.
 CAUSES = (
     *("tracks", "damaged", "badge_absent", "fringes", "page_scale", "lens", "steep"),
     *("camera", "mixed_frames", "small", "covered"),
-    *("motion_gaps", "phase_gaps", "motion"),
+    *("motion_gaps", "motion"),
 )
 #: Notes that warn; all others are for experts.
 WARNINGS = (
@@ -117,10 +117,6 @@ OPEN = {
         "the badge moved only where pictures are missing",
         "Ask for another film in one piece; in a call, for a faster connection.",
     ),
-    "phase_gaps": Words(
-        "the film shows few views of the badge, as a few photographs would",
-        "Ask for another film with more and slower moves, or with more frames a second.",
-    ),
     "gain": Words(
         "how far the fringes move does not decide it",
         "The issuer of the badge can enroll it with a film of it; then it is known how far its fringes move.",
@@ -137,7 +133,6 @@ OPEN = {
     "residual": Words("the fringes leave the law, perhaps by errors of the film", NEARER),
     "agreement": Words("parts of the badge do not quite agree", NEARER),
     "spacing": Words("the fringes do not follow the distance, as after a zoom", ORIGINAL),
-    "waveform": Words("the fringes look uneven, as from cross-faded pictures", NEARER),
     "third_harmonic": Words(
         "the fringes look soft, as in a blurred or mixed picture",
         "Ask for another film from nearer and in focus. A sheet that does not lie flat makes soft fringes too.",

@@ -21,11 +21,7 @@ SLOWLY = "Begin again, and move the badge slowly."
 PROMPTS = "Begin again, and start the challenge: who follows its prompts shows more than a film."
 CHANGE = "Begin again, and move the badge to and fro at changing speed, and turn it as well."
 #: Advice by the code that makes a check inconclusive.
-ADVICE = (
-    {"motion": MOVE, "motion_gaps": SLOWLY, "phase_gaps": SLOWLY, "level": PROMPTS}
-    | dict.fromkeys(RIVALS, CHANGE)
-    | {"still": MOVE}
-)
+ADVICE = {"motion": MOVE, "motion_gaps": SLOWLY, "level": PROMPTS} | dict.fromkeys(RIVALS, CHANGE) | {"still": MOVE}
 LIVE_DISTRUST = (
     "Do not take this for the badge. If you think that it is, begin again in better light, with another camera."
 )

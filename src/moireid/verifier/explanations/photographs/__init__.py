@@ -5,7 +5,5 @@ can show, in each frame, the phase that the law asks for.  What photographs cann
 
 fringe_spacing.py  the spacing of the fringes follows the distance; what cross-faded photographs show
 cross_fade.py      two to four photographs, shown in turn or cross-faded, bend the waveform in a form of their own
-waveform.py        many cross-faded photographs let the waveform ripple
-ripple.py          how much the waveform changes from place to place
 third_harmonic.py  in superposed photographs the third harmonic does not turn with the fringes
 """

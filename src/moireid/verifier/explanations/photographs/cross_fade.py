@@ -23,7 +23,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.verifier.explanations.photographs.fringe_spacing import cross_faded, in_one_turn
-from moireid.verifier.explanations.photographs.ripple import speed2
 from moireid.verifier.fringes.grating_signal import GratingSignal
 from moireid.verifier.limits import MAX_CROSS_FADE_SHARE, PHOTOGRAPH_SDS, REST_RAD, UNEVEN_SHARE
 from moireid.verifier.series import standard
@@ -106,6 +105,18 @@ def cross_fade_of(signal: GratingSignal) -> CrossFade | None:
     known = _ViewTable(bent(shown), bent(-typical * seen(lost).astype(complex)), scattered, UNEVEN_SHARE * abs(typical))
     found = (CrossFade(number, *known.shares(bent(typical * form))) for number, form in _forms(seen(place)))
     return max(found, key=lambda one: one.certain)
+
+
+def speed2(series: Array, stretch: NDArray[np.int64], times_s: Array) -> Array:
+    """Square of a series' speed, (T,), per s^2: the mean of that from the frame before and that to the one after.
+
+    Within a stretch (`camera.stretches`); 0 for a frame that is alone in it.
+    """
+    joined = (np.diff(stretch) == 0) & (np.diff(times_s) > 0)
+    step2 = np.where(joined, np.sum(np.diff(series, axis=0) ** 2, axis=1), 0.0)
+    step2 = step2 / np.where(joined, np.diff(times_s), 1.0) ** 2
+    sides = np.r_[0, joined] + np.r_[joined, 0]
+    return np.asarray((np.r_[0.0, step2] + np.r_[step2, 0.0]) / np.maximum(sides, 1))
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,9 @@ are gone.
 A true badge has a little that stays still too: the printer's dots make lines wider here and narrower there, and where
 that beats at a third of a fringe it is read as third harmonic.  Dirt and uneven lenses do the same.
 
-Convention: as in `ripple`; seen from the fringes, what turns with them rests, and what stays still turns back by three
-turns in each of theirs.
+Convention: contrasts, as `StripPhase.overtone`; seen from the fringes, what turns with them rests, and what stays still
+turns back by three turns in each of theirs.  A view is a fringe phase that differs from others by `REST_RAD`; it counts
+once, however long it is seen, so that a badge may rest.
 Source: Fourier series; sampling at three places a turn takes the third harmonic for a constant.
 """
 
@@ -21,7 +22,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.verifier.limits import LEAST_OVERTONE_CONTRASTS, MIN_OVERTONE_CONTRASTS, PHOTOGRAPH_SDS
+from moireid.verifier.explanations.photographs.fringe_spacing import in_one_turn
+from moireid.verifier.fringes.grating_signal import GratingSignal
+from moireid.verifier.limits import (
+    LEAST_OVERTONE_CONTRASTS,
+    MIN_OVERTONE_CONTRASTS,
+    PHOTOGRAPH_SDS,
+    REST_RAD,
+    WINDOW_FRAMES,
+)
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -78,12 +87,16 @@ class ThirdHarmonic:
         return self.surplus >= self.limit
 
 
-def third_harmonic_of(overtone: Complex, phase_rad: Array, weight: Array, expected: Complex) -> ThirdHarmonic:
-    """What of the overtone (T,) turns with the fringes.
+def third_harmonic_of(signal: GratingSignal) -> ThirdHarmonic | None:
+    """What of a grating's third harmonic turns with the fringes; None where none was looked for, or in too few frames.
 
-    Parameters: phase_rad (T,): the fringes' measured phase; weight (T,): of each frame; expected (T,): as in
-        `BeyondPhase`; less is asked of lines that are not half as wide as their pitch, and of views from the side.
+    Less is asked of lines that are not half as wide as their pitch, and of views from the side (`expected_overtone`).
     """
+    used = np.isfinite(signal.phase_sd_rad)
+    if signal.beyond is None or used.sum() < WINDOW_FRAMES or not signal.beyond.overtone[used].any():
+        return None
+    overtone, expected, phase_rad = signal.beyond.overtone[used], signal.beyond.expected[used], signal.phase_rad[used]
+    weight = _share_of_view(in_one_turn(phase_rad, signal.stretch[used]))
     root = np.sqrt(weight)[:, None]
     usual = float(np.average(np.abs(expected), weights=weight))
     turning = expected / usual if usual > LEAST_EXPECTED else np.ones(len(phase_rad))
@@ -101,6 +114,13 @@ def third_harmonic_of(overtone: Complex, phase_rad: Array, weight: Array, expect
     return ThirdHarmonic(complex(found[0]), still_size, least, math.sqrt(own + of_still), min(usual, 1.0))
 
 
+def _share_of_view(phase_rad: Array) -> Array:
+    """The share of a view that each frame is, (T,): one over the frames that show the same."""
+    phase = np.sort(phase_rad)
+    alike = np.searchsorted(phase, phase_rad + REST_RAD, "right") - np.searchsorted(phase, phase_rad - REST_RAD, "left")
+    return np.asarray(1 / alike)
+
+
 def _at_least(contrasts: float) -> float:
     """What is asked for, bounded from below; 0 of lines that have no third harmonic at all."""
     none = contrasts <= LEAST_EXPECTED * MIN_OVERTONE_CONTRASTS
@@ -115,20 +135,3 @@ def _lasting_frames(left: Complex) -> float:
     alike = float(np.vdot(left[1:], left[:-1]).real) / max(float(np.vdot(left, left).real), 1e-30)
     alike = min(max(alike, 0.0), 0.99)
     return min((1 + alike) / (1 - alike), MOST_LASTING_FRAMES)
-
-
-def standing_still(overtone: Complex, phase_rad: Array, weight: Array, smooth: Array, most: float) -> Complex:
-    """The part of the overtone, (T,), that stays still on the badge; `most` contrasts of it, no more.
-
-    Parameters: smooth (T, K): orthonormal columns that change slowly, times the weights' roots; what these take is not
-        taken twice.
-    """
-    root = np.sqrt(weight)
-    still = np.exp(-3j * phase_rad)
-    column, left = (root * series for series in (still, overtone))
-    column, left = (series - smooth @ (smooth.T @ series) for series in (column, left))
-    power = float(np.vdot(column, column).real)
-    if power < 1e-6 * float(weight.sum()):
-        return np.zeros_like(overtone)
-    size = complex(np.vdot(column, left)) / power
-    return np.asarray(size * min(1.0, most / max(abs(size), 1e-30)) * still)
