@@ -143,7 +143,22 @@ def _read_profile(path: AnyPath, source: str, model: type[Profile]) -> Profile:
         raise SpecError(f"{source} cannot be read ({reason}); {advice}") from error
     document = parse_json(text, source, advice)
     check_format(document, PROFILE_FORMAT, source)
+    if model is LensProfile:
+        document = document | {"lens": _with_radius(document.get("lens"))}
     return read_model(document, model, source, advice)
+
+
+def _with_radius(lens: Any) -> Any:
+    """A profile's lens with the radius of `sheet_lens` where the sheet is too thin to focus and none is given."""
+    names = ("pitch_mm", "thickness_mm", "refractive_index")
+    if (
+        not isinstance(lens, dict)
+        or "radius_mm" in lens
+        or not all(isinstance(lens.get(n), int | float) for n in names)
+    ):
+        return lens
+    radius_mm = sheet_lens(*(lens[name] for name in names)).radius_mm
+    return lens if radius_mm is None else lens | {"radius_mm": radius_mm}
 
 
 def _profile_text(profile: LensProfile | PrinterProfile) -> str:

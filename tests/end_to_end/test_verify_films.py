@@ -191,8 +191,8 @@ def test_a_path_traced_mask_obeys_the_law_and_is_inconclusive_for_its_single_swe
     outcome = run(*arguments, "--json")
     document = strict(outcome.stdout)
     assert outcome.exit_code == 3 and document["verdict"] == "inconclusive"
-    assert undecided(document) == ["drift", "late"] and fails(document) == set()
-    assert explanation(document, "law")["fits"] and explanation(document, "late")["share"] > 0.9
+    assert undecided(document) == ["drift"] and fails(document) == set()
+    assert explanation(document, "law")["fits"] and explanation(document, "late")["share"] is None
     # Drifts whose gain is in the room, of all that a forger may choose.
     assert explanation(document, "drift")["share"] == pytest.approx(0.3 / 5, abs=0.02)
     assert document["frames"] == {"read": 120, "tracked": 120, "unsearched": 0, "damaged": 0}

@@ -13,7 +13,6 @@ from pathlib import Path
 
 import pytest
 
-from kit import fault_runs_postgres
 from kit.fault_runs import OPERATIONS
 from kit.places import TESTS
 from kit.registries import Server
@@ -70,6 +69,6 @@ def test_a_failing_call_of_postgresql_leaves_before_or_after(tmp_path: Path, pos
 @pytest.mark.slow
 def test_every_operation_survives_failing_calls_of_postgresql(tmp_path: Path, postgres: Server) -> None:
     """Catches: as above, in every operation: a key that is deleted although its registry had reached the server."""
-    tried = sum(faulty(tmp_path, 9, name, module="fault_runs_postgres") for name in fault_runs_postgres.NAMES)
+    tried = sum(faulty(tmp_path, 9, name, module="fault_runs_postgres") for name in OPERATIONS)
     print(f"{tried} points of failure, all sound")  # noqa: T201
     assert tried > 200

@@ -144,7 +144,6 @@ def test_a_genuine_and_a_forged_film(visitor: Visitor, films: Path, tmp_path: Pa
         widths = page.evaluate(LOADED)
         assert len(widths) >= 7 and min(widths) > 0
         visitor.look("verdict" if headline != broken else "verdict-broken")
-        play(visitor, films, film)
         page.get_by_text("For experts").click()
         page.emulate_media(color_scheme="dark")
         visitor.look("verdict-open-dark" if headline != broken else "verdict-broken-open-dark")
@@ -153,46 +152,6 @@ def test_a_genuine_and_a_forged_film(visitor: Visitor, films: Path, tmp_path: Pa
         page.get_by_role("link", name="Report (one page)").click()
     kept = Path(coming.value.path()).read_text()
     assert broken in kept and "forged_reversed_1.0m.mp4" in kept
-
-
-def play(visitor: Visitor, films: Path, film: str) -> None:
-    """Play the judged film on its verdict's page; catches: another film that is played beneath that verdict, a law that
-    stays still or runs ahead of the film, a film that is sent again.
-    """
-    page, sent = visitor.page, []
-    page.on("request", lambda request: sent.append(request.url) if request.method != "GET" else None)
-    # Who sent it from this page need not choose it again; who comes back later chooses it.
-    expect(page.get_by_text("It is the film that was judged.")).to_be_visible()
-    expect(page.locator("#play-film")).to_be_visible()
-    page.reload()
-    expect(page.locator("#play-film")).to_be_hidden()
-    page.get_by_label("The same film").set_input_files(films / "genuine_2.0m.mp4")
-    expect(page.get_by_text("This is another film")).to_be_visible()
-    expect(page.locator("#play-film")).to_be_hidden()
-    page.get_by_label("The same film").set_input_files(films / film)
-    expect(page.get_by_text("It is the film that was judged.")).to_be_visible()
-    expect(page.locator("#play-film")).to_have_js_property("readyState", 4)
-    # The line is where the film is, also after a click on the drawing.
-    page.evaluate("document.getElementById('play-film').currentTime = 1")
-    expect(page.locator("#play-now")).to_contain_text("1.0 s: fringes at")
-    assert line_at(page) == pytest.approx(251, abs=6)
-    page.locator("#play-law").click(position={"x": 0.75 * page.locator("#play-law").bounding_box()["width"], "y": 20})
-    expect(page.locator("#play-now")).to_contain_text("3.0 s: fringes at")
-    assert line_at(page) == pytest.approx(750, abs=6)
-    page.evaluate("document.getElementById('play-film').play()")
-    expect(page.locator("#play-now")).to_contain_text(re.compile(r"(3\.[5-9]|4\.0) s: fringes at"))
-    # What is written as 3.5 s begins at 3.45 s.
-    assert line_at(page) > 860
-    page.evaluate("document.getElementById('play-film').pause()")
-    page.evaluate("document.getElementById('play-film').currentTime = 2.5")
-    expect(page.locator("#play-now")).to_contain_text("2.5 s: fringes at")
-    visitor.look("played" if "genuine" in film else "played-broken")
-    assert sent == []
-
-
-def line_at(page: Page) -> float:
-    """How far across the drawing its line is, of 1000."""
-    return float((page.locator("#play-law .now").get_attribute("d") or "M0V").split("V")[0].strip("M").split()[0])
 
 
 def test_without_script_the_same(served: tuple[str, str], browser: Browser, films: Path, ada: Badge) -> None:
