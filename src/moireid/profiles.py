@@ -144,21 +144,23 @@ def _read_profile(path: AnyPath, source: str, model: type[Profile]) -> Profile:
     document = parse_json(text, source, advice)
     check_format(document, PROFILE_FORMAT, source)
     if model is LensProfile:
-        document = document | {"lens": _with_radius(document.get("lens"))}
+        document = _with_radius(document)
     return read_model(document, model, source, advice)
 
 
-def _with_radius(lens: Any) -> Any:
-    """A profile's lens with the radius of `sheet_lens` where the sheet is too thin to focus and none is given."""
-    names = ("pitch_mm", "thickness_mm", "refractive_index")
-    if (
-        not isinstance(lens, dict)
-        or "radius_mm" in lens
-        or not all(isinstance(lens.get(n), int | float) for n in names)
+def _with_radius(document: Any) -> Any:
+    """A lens profile with the radius of `sheet_lens` where the sheet is too thin to focus and none is given."""
+    lens = document.get("lens") if isinstance(document, dict) else None
+    if not isinstance(lens, dict) or "radius_mm" in lens:
+        return document
+    figures: list[Any] = [lens.get(name) for name in ("pitch_mm", "thickness_mm", "refractive_index")]
+    # What no sheet has is refused by the model.
+    if not all(
+        type(one) in (int, float) and low <= one <= high for one, (low, high) in zip(figures, SHEET_RANGES, strict=True)
     ):
-        return lens
-    radius_mm = sheet_lens(*(lens[name] for name in names)).radius_mm
-    return lens if radius_mm is None else lens | {"radius_mm": radius_mm}
+        return document
+    radius_mm = sheet_lens(*figures).radius_mm
+    return document if radius_mm is None else document | {"lens": lens | {"radius_mm": radius_mm}}
 
 
 def _profile_text(profile: LensProfile | PrinterProfile) -> str:
