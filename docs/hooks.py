@@ -4,6 +4,7 @@ commands.md     every command, from click's own help
 simulation.md   builds, flaws and effects, from the tables of `simulate`
 python/         a page of each room, from the docstrings of what it exports
 badge-json.md   each field of badge.json, from the shipped schema; report-json.md the same of a report
+threats.md      the text of THREATS.md
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from typing import Any
 import click
 from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
+from mkdocs.structure.pages import Page
 
 import moireid
 from moireid.cli.main import moireid as program
@@ -46,9 +48,6 @@ you would keep a key. Lengths are in millimetres of the page: origin top left, x
 REPORT_TEXT = """What `moireid verify --json` prints, and what `--report` writes as `report.json`. Within a format, keys
 are only added. So a program must pass over the keys that it does not know. A figure is null where nothing was
 measured."""
-RECORD_TEXT = """What `moireid first-badge FOLDER --record FILE` writes: films of a badge that somebody built, as
-signals and crops of the fringes. [What it reveals](../first-physical-film.md#what-a-record-reveals) is said with the
-first film. Phases are in radians, positive where the fringe is ahead, with mean 0 in each stretch."""
 ROOMS = (
     *("moireid", "moireid.designer", "moireid.fabrication", "moireid.simulate", "moireid.verifier", "moireid.registry"),
     *("moireid.calibration", "moireid.attest", "moireid.idcodes", "moireid.errors", "moireid_studio.challenge"),
@@ -73,6 +72,13 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     for name, text in made.items():
         files.append(File.generated(config, f"reference/{name}.md", content=text))
     return files
+
+
+def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Files) -> str:
+    """Put the text of THREATS.md in its place."""
+    if page.file.src_uri != "explanation/threats.md":
+        return markdown
+    return (Path(config.docs_dir).parent / "THREATS.md").read_text(encoding="utf-8").replace("](docs/", "](../")
 
 
 def _sections(command: click.Command, name: str, parent: click.Context | None) -> Iterator[str]:
@@ -104,7 +110,7 @@ def _simulation() -> Iterator[str]:
     """The page of builds, flaws and effects."""
     yield f"{SIMULATION}\n## Builds\n\n| `--build` | its flaws |\n|---|---|\n| `ideal` | as designed |\n"
     for name, flaws in PRESETS.items():
-        listed = ", ".join(f"{flaw} {value:g} {FLAWS[flaw].unit}".rstrip() for flaw, value in flaws.items())
+        listed = ", ".join(f"`{flaw}={value:g}`" for flaw, value in flaws.items())
         yield f"| `{name}` | {listed or 'only place, turn and scales are off'} |\n"
     yield "\n## Flaws\n\n| `--flaw` | unit | range | meaning |\n|---|---|---|---|\n"
     for name, flaw in FLAWS.items():
