@@ -1,7 +1,7 @@
 """The films of `golden.py`, made by a fixed version of the project: run by `golden.py --make`, never by hand.
 
 Everything here is imported from a checkout of that version, so no later change of simulator, outside tracer, printing
-or scripts moves a film.  Films have 120 frames of 720p at 30 frames a second; beside each, `NAME.mp4`, is the badge
+or scripts moves a film.  Films have 120 frames of 720p at 30 frames a second; next to each, `NAME.mp4`, is the badge
 that it claims, `NAME.json`.
 """
 

@@ -40,8 +40,8 @@ def scheduler_client(address: str, extra: tuple[str, str]) -> Any:
         parts = urlsplit(address)
         if parts.scheme != "tls" and not is_loopback(parts.hostname or ""):
             raise SpecError(
-                f"whoever reaches the scheduler at {address[:100]!r} runs code on its workers; give tls://HOST:PORT, "
-                "with certificates in Dask's settings (distributed.comm.tls), or a loopback address"
+                f"every program that reaches the scheduler at {address[:100]!r} runs code on its workers; give "
+                "tls://HOST:PORT, with certificates in Dask's settings (distributed.comm.tls), or a loopback address"
             )
         # With an invalid address, a client would leave its thread in a state in which no other client can start.
         distributed.comm.get_address_host_port(address)

@@ -410,7 +410,7 @@ def test_a_scheduler_that_cannot_be_used_is_reported(tmp_path: Path, films: Path
     command = ["evaluate", str(manifest), "--badge", str(films / "badge.json"), "--out", str(tmp_path / "out"), *more]
     ran = CliRunner().invoke(moireid, command)
     assert ran.exit_code == 2 and not ran.stdout and ran.stderr.count("\n") == 1, ran.stderr
-    assert ran.stderr.startswith(("error: whoever reaches the scheduler", "error: 2 workers are asked for"))
+    assert ran.stderr.startswith(("error: every program that reaches the scheduler", "error: 2 workers are asked for"))
     assert not (tmp_path / "out" / "results.jsonl").exists()
 
 

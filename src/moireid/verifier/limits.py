@@ -210,15 +210,18 @@ FORGED_GAINS, OWN_MOTION_S = (-2.0, 3.0), (0.5, 3.0)
 #: shows another motion.
 DELAYS_S = (0.2, 0.25, 0.3, 0.4, 0.5, 0.6, 0.75, 1.0, 1.25, 1.5, 1.75, 2.0)
 #: Most forgeries of a rival that are drawn at a time, and in all.  Derived: none alike of the first is fewer than 1 in
-#: 59; with the second, shares that differ by a quarter from 2 in 100 are on a known side of it.
-DRAWS, MOST_DRAWS = 400, 5200
+#: 59; with the second, shares up to 1.3 in 100 are surely below 2 in 100, and from 2.8 in 100 on surely above.
+DRAWS, MOST_DRAWS = 400, 5000
+#: The Beta density by which a share's bounds are found, 1 hit and 50 misses, and how often a bound may be wrong.  Set
+#: by hand: any density gives valid bounds, and this one is closest to them near 2 in 100.
+SHARE_DENSITY, SHARE_UNSURE = (1.0, 50.0), 0.01
 #: Phases that are drawn at a time.  Derived: an array of 400 kB, whose memory is used again and not asked for anew.
 DRAWN_VALUES = 50_000
 #: When a rival wins (read by `decision/comparison.py`, `decision/findings.py`, `session/chapters.py`):
 #: A film is not accepted if a rival fits it better by more than this power of ten, or may look as law-like as it does
 #: in more than 1 of so many cases (`explanations.strength`).  Set by hand: a factor of ten; 50 held on all films tried.
 MAX_RIVAL_LOG10, LEAST_STRENGTH = 1.0, 50
-#: Greatest strength that may be asked for.  Derived: with `MOST_DRAWS` and none alike, 1 in 562 is known.
+#: Greatest strength that may be asked for.  Derived: with `MOST_DRAWS` and none alike, 1 in 542 is known.
 MOST_STRENGTH = 500
 #: Of a film's chapters that move enough, at most this share may be inconclusive by themselves.  Set by hand: none of up
 #: to 19, as each may hide another forged part; of an hour's some, as honest ones are so now and then.

@@ -7,16 +7,18 @@ import math
 import numpy as np
 import pytest
 
-from moireid.verifier.explanations.strength import HITS, MISSES, UNSURE, LookalikeShare, one_in, share_bounds
+from moireid.verifier.explanations.strength import LookalikeShare, one_in, share_bounds
+from moireid.verifier.limits import SHARE_DENSITY, SHARE_UNSURE
 
 
 def test_without_a_hit_the_bound_is_known_in_closed_form():
     """Catches: a bound for one look that is used at each.  Closed form: (1 - p)^n (a + b + n ...) for a = 1."""
-    assert HITS == 1.0
+    hits, misses = SHARE_DENSITY
+    assert hits == 1.0
     for drawn in (20, 100, 500, 5000):
         low, high = share_bounds(0, drawn)
         assert low == 0.0
-        assert MISSES / (MISSES + drawn) / (1 - high) ** drawn == pytest.approx(1 / UNSURE, rel=1e-6)
+        assert misses / (misses + drawn) / (1 - high) ** drawn == pytest.approx(1 / SHARE_UNSURE, rel=1e-6)
     assert share_bounds(0, 0) == (0.0, 1.0)
     assert share_bounds(7, 7)[1] == 1.0
 
@@ -30,7 +32,7 @@ def test_the_bounds_hold_however_often_one_looks(share, rng):
         found = [share_bounds(int(hits), 500 * (k + 1)) for k, hits in enumerate(alike)]
         wrong += any(not low <= share <= high for low, high in found)
     # Four standard deviations above one in a hundred.
-    assert wrong / 400 <= UNSURE + 4 * math.sqrt(UNSURE / 400)
+    assert wrong / 400 <= SHARE_UNSURE + 4 * math.sqrt(SHARE_UNSURE / 400)
 
 
 def test_more_draws_tell_more(rng):

@@ -300,8 +300,7 @@ def _remains(one: Explanation, allowed_share: float, *, may_fail: bool) -> Reaso
     if one.share_at_most is None or one.share_at_most <= allowed_share:
         text = f"Fringes that {does(one.name, one.parameters)} explain this film as well as the law does. {remedy}"
         return Reason(one.name, "undecided", one.log10_odds, limits.MAX_RIVAL_LOG10, "log10", text)
-    text = (
-        f"On this motion, as many as 1 in {one_in(one.share_at_most)} of films whose fringes {words.does} would look "
-    )
-    text += f"as this one does. {remedy}"
+    often = one_in(one.share_at_most)
+    text = f"On this motion, as many as 1 in {often} films whose fringes {words.does} would look as this one does. "
+    text += remedy
     return Reason(one.name, "undecided", one.share_at_most, allowed_share, "share", text)

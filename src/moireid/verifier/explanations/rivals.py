@@ -228,13 +228,14 @@ def lookalike_shares(
         share = LookalikeShare.of(alike, drawn, met)
         while drawn < limits.MOST_DRAWS and share.at_least <= allowed < share.at_most:
             assert rival.draws is not None
-            phases = rival.draws(series, rng, count)
-            noise = limits.RESAMPLED_SHARE * resampled(residual_rad, series.step_s, rng, count)
+            some = min(count, limits.MOST_DRAWS - drawn)
+            phases = rival.draws(series, rng, some)
+            noise = limits.RESAMPLED_SHARE * resampled(residual_rad, series.step_s, rng, some)
             fit = model.fit(series.centred(phases + noise))
             like = (room[0] <= fit.gain) & (fit.gain <= room[1])
             if like.any():
                 like[like] = spread_rad(fit.residual_rad[:, like]) <= most
-            alike, drawn = alike + int(like.sum()), drawn + count
+            alike, drawn = alike + int(like.sum()), drawn + some
             share = LookalikeShare.of(alike, drawn, met)
         return share
 

@@ -11,8 +11,8 @@ to.  A film is accepted only if both hold: no rival fits as well, and few would 
 
 Convention: shares from 0 to 1.  The prior is even over the ranges of `verifier.limits`.
 Source: confidence sequences by the method of mixtures (Robbins 1970): by Ville's inequality, the likelihood of the
-    true share is less than `UNSURE` times its mean over a Beta density with a probability of at most `UNSURE`, however
-    often one looks.  The density is that of 1 hit in 51.
+    true share is less than `SHARE_UNSURE` times its mean over a Beta density (`SHARE_DENSITY`) with a probability of
+    at most `SHARE_UNSURE`, however often one looks.
 """
 
 from __future__ import annotations
@@ -22,8 +22,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-#: The mixture's density, and how often a bound may be wrong.  Set by hand: 1 in 100 for each rival.
-HITS, MISSES, UNSURE = 1.0, 50.0, 0.01
+from moireid.verifier import limits
 
 
 @dataclass(frozen=True)
@@ -43,13 +42,13 @@ class LookalikeShare:
 
 def share_bounds(alike: int, drawn: int) -> tuple[float, float]:
     """Bounds of a probability after so many draws, of which so many were hits; they hold whenever one stops."""
-    missed = drawn - alike
-    mixed = _log_beta(HITS + alike, MISSES + missed) - _log_beta(HITS, MISSES)
+    missed, (hits, misses) = drawn - alike, limits.SHARE_DENSITY
+    mixed = _log_beta(hits + alike, misses + missed) - _log_beta(hits, misses)
 
     def excluded(share: float) -> bool:
         by_hits = alike * math.log(share) if alike else 0.0
         by_misses = missed * math.log1p(-share) if missed else 0.0
-        return mixed - by_hits - by_misses >= -math.log(UNSURE)
+        return mixed - by_hits - by_misses >= -math.log(limits.SHARE_UNSURE)
 
     estimate, tiny = alike / max(drawn, 1), 1e-12
     low = _edge(tiny, estimate, excluded) if alike else 0.0
