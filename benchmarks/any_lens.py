@@ -26,7 +26,7 @@ from outside.motion import Array, Course, course
 from outside.page import load_page
 
 from moireid.badge import load_badge
-from moireid.verifier import Claim, verify
+from moireid.verifier import Question, verify
 from moireid_lab.bench.bench_frame import Bench, Row, Wish, counted_verdicts, grouped
 from moireid_lab.bench.verdicts import why_not
 
@@ -128,7 +128,7 @@ def judged(job: tuple[Path, str, dict[str, Any]]) -> Row:
         film(page, own, camera, motion, scratch, Shoot(FRAMES, FPS, 23, 1))
         scratch.rename(path)
     badge = load_badge(folder / "badge" / "badge.json")
-    report = verify(path, Claim(badge, badge.id))
+    report = verify(path, Question(badge, badge.id))
     found, solved = report.invariant, report.to_json()["camera"] or {}
     return {
         "case": name,

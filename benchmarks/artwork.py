@@ -37,7 +37,7 @@ from moireid.fabrication.page.pdf import write_badge_pdf
 from moireid.simulate import Build, Scene, camera_named, film, motion_named
 from moireid.simulate.analytic import analytic_renderer
 from moireid.simulate.analytic.traced_page import TEXTURE_PX_PER_MM
-from moireid.verifier import Claim, verify
+from moireid.verifier import Question, verify
 from moireid.verifier.fringes.signals import measure
 from moireid.verifier.tracking.track import Track
 from moireid_lab.bench.bench_frame import Bench, Row, Wish
@@ -103,7 +103,7 @@ def compare(template: str, name: str, orientation: str, folder: Path) -> Row:
     read = []
     for k, board in enumerate(boards):
         filmed(badge, board, folder / f"{k}.mp4")
-        read.append(verify(folder / f"{k}.mp4", Claim(badge)))
+        read.append(verify(folder / f"{k}.mp4", Question(badge)))
     bare, worn = (_phases(one.track) for one in read)
     both = np.isin(bare[0], worn[0]), np.isin(worn[0], bare[0])
     apart = np.angle(np.exp(1j * (worn[1][:, both[1]] - bare[1][:, both[0]])))

@@ -35,7 +35,7 @@ from outside.page import Lens, load_page
 from moireid.asbuilt import AsBuilt
 from moireid.badge import Badge, load_badge
 from moireid.errors import MediaError
-from moireid.verifier import Claim, verify
+from moireid.verifier import Question, verify
 from moireid.verifier.session.capture import capture_as_built
 from moireid_lab.bench.bench_frame import Bench, Row, Wish, grouped
 from moireid_lab.bench.verdicts import why_not
@@ -133,7 +133,7 @@ def enrolled(films: list[Path], badge: Badge) -> AsBuilt | str:
         return str(error).split("cannot be used:")[-1].strip()
 
 
-def verdict(path: Path, claim: Claim, stage: str) -> tuple[str, list[str], Any, float | None]:
+def verdict(path: Path, claim: Question, stage: str) -> tuple[str, list[str], Any, float | None]:
     """Verdict, reasons, motion figures and the map's difference of a film; the report is kept next to it."""
     report = verify(path, claim)
     path.with_suffix(f".{stage}.json").write_text(json.dumps(report.to_json(), indent=1), encoding="utf-8")
@@ -147,12 +147,12 @@ def judged(job: tuple[Path, str, int, bool]) -> Row:
     folder = badge_folder(top, kind, build)
     badge = load_badge(folder / "badge" / "badge.json")
     films = [filmed(folder, kind, build, number) for number in range(3)]
-    before, why_before, *_ = verdict(films[2], Claim(badge, badge.id), "before")
+    before, why_before, *_ = verdict(films[2], Question(badge, badge.id), "before")
     row: Row = {"build": kind, "number": build, "before": before, "why before": why_before}
     figures = enrolled(films[:2], badge)
     if isinstance(figures, str):
         return row | {"refused": figures}
-    claim = Claim(badge, badge.id, as_built=figures)
+    claim = Question(badge, badge.id, as_built=figures)
     after, why, motion, row["map off"] = verdict(films[2], claim, "after")
     off = (figures.gain_ratio - traced_gain(kind, build, folder)) / figures.gain_sd
     row |= {"enrolled gain": figures.gain_ratio, "bars off": off, "gain": motion.gain_ratio}

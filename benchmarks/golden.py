@@ -38,13 +38,14 @@ import msgspec
 import numpy as np
 
 from moireid.badge import load_badge
-from moireid.verifier import Claim, Report, verify
+from moireid.verifier import Question, Report, verify
 from moireid.verifier.decision.judge import Invariant, judge_signals
 from moireid.verifier.decision.sheet_gain import SheetGain
 from moireid.verifier.fringes.grating_signal import GratingSignal
 from moireid.verifier.identity.cell_slip import RowsApart
 from moireid.verifier.limits import LEAST_STRENGTH
 from moireid.verifier.reasons import Reason, worst
+from moireid.verifier.session.claim import sheet_of
 
 PINNED = "e32fb52d86c27d16683744f6154161bada316557"
 ROOT = Path(__file__).parents[1]
@@ -134,10 +135,10 @@ def luma_hash(film: Path) -> str:
 def of_film(film: Path, keep: Path | None = None, strength: int = LEAST_STRENGTH) -> Row:
     """The row of a film, next to which its badge is."""
     badge = load_badge(film.with_name(f"{film.stem}.json"))
-    claim, luma = Claim(badge, badge.id, strength=strength), luma_hash(film)
+    claim, luma = Question(badge, badge.id, strength=strength), luma_hash(film)
     report = verify(film, claim)
     if keep is not None:
-        (keep / f"{film.stem}.signals").write_bytes(KeptFilm.of(report, claim.sheet, luma).to_bytes())
+        (keep / f"{film.stem}.signals").write_bytes(KeptFilm.of(report, sheet_of(claim), luma).to_bytes())
     return row_of(film.stem, luma, report.invariant, report.reasons, report.to_json()["identity"])
 
 

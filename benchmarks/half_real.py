@@ -33,7 +33,7 @@ from outside.motion import Course
 from outside.page import PAPER, Lens, load_page
 
 from moireid.badge import Badge, load_badge
-from moireid.verifier import Claim, verify
+from moireid.verifier import Question, verify
 from moireid.verifier.camera.known_camera import KnownCamera, load_camera
 from moireid_lab.bench.bench_frame import Bench, Row, Wish
 from moireid_lab.bench.verdicts import why_not
@@ -277,7 +277,7 @@ def describe_views(clip: list[BoardView], lens: Lens) -> str:
 
 def judged(path: Path, badge: Badge, camera: Webcam, known: KnownCamera | None = None) -> Row:
     """What becomes of one film, with the camera as solved next to the true one; known: its calibration, if given."""
-    report = verify(path, Claim(badge, badge.id, camera=known))
+    report = verify(path, Question(badge, badge.id, camera=known))
     lens = report.measurement.camera if report.measurement else None
     middle = np.array(camera.center_px) - 0.5 - (np.array(camera.size_px) - 1) / 2
     return {

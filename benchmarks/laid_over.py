@@ -23,7 +23,7 @@ from moireid.simulate.filming import Show
 from moireid.simulate.forgeries.rear_layer import ShownViews, SquaredUp
 from moireid.simulate.motion import Motion, Poses
 from moireid.simulate.scene import Build, Scene
-from moireid.verifier import Claim, verify
+from moireid.verifier import Question, verify
 from moireid_lab.bench.bench_frame import Bench, Row, Wish, temporary_film
 from moireid_lab.bench.forgers.forgers_suite import CAMERA, badge_of
 from moireid_lab.bench.verdicts import why_not
@@ -138,7 +138,7 @@ def judged(job: tuple[Superposition, int]) -> Row:
     badge, show = badge_of("x"), superposed(case) if case.count else None
     scene, motion = Scene(badge, Build.typical(seed), CAMERA), turned_on_the_spot(badge, case, seed)
     with temporary_film(scene, motion, frames=FRAMES, fps=FPS, show=show, seed=seed, crf=CRF) as video:
-        report = verify(video, Claim(badge, badge.id))
+        report = verify(video, Question(badge, badge.id))
     return {"film": case.name, "seed": seed, "verdict": report.verdict, "why": why_not(report)}
 
 

@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 from live_replays import FPS, SEEN_S, WAY_S, badge_of
 
+from moireid.question import Question
 from moireid.simulate.scene import Build
-from moireid.verifier.session.claim import Claim
 from moireid.verifier.session.known_figures import checked_figures
 from moireid_lab.bench.bench_frame import Bench, Row, Wish
 from moireid_lab.bench.live import FACE_MM, answer, frames, portrait
@@ -37,7 +37,7 @@ def answered(number: int, build: int, chance: random.Random) -> tuple[Pictures, 
     return list(frames(badge_of(number), portrait(), course, length_s=length_s, fps=FPS, seed=seed, build=own)), prompts
 
 
-def session(claim: Claim, pictures: Pictures, prompts: Sequence[Prompt]) -> dict[str, Any]:
+def session(claim: Question, pictures: Pictures, prompts: Sequence[Prompt]) -> dict[str, Any]:
     """The verdict of a live check."""
     now_s = 0.0
     check = LiveCheck(claim, draw=lambda _: list(prompts), now=lambda: now_s)
@@ -54,13 +54,13 @@ def judged(number: int) -> Row:
     """One badge: enrolled live, then checked live."""
     chance, badge = random.Random(3400 + number), badge_of(number)
     first, prompts = answered(number, number, chance)
-    event = session(Claim(badge, badge.id, enrolling=True), first, prompts)
+    event = session(Question(badge, badge.id, enrolling=True), first, prompts)
     row: Row = {"badge": number, "enrolled": event["verdict"], "why": _why(event)}
     if "as_built" not in event:
         return row
     found = checked_figures(event["as_built"], badge)
     row |= {"gain": found.gain_ratio, "gain sd": found.gain_sd, "offset sd": found.offset_sd}
-    claim = Claim(badge, badge.id, as_built=found, level="live")
+    claim = Question(badge, badge.id, as_built=found, level="live")
     films = {"again": answered(number, number, chance), "copy": answered(number, number + COPY, chance)}
     films["replay"] = first, draw_prompts(SEEN_S + READY_S, chance)
     for kind, film in films.items():

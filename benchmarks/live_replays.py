@@ -34,8 +34,8 @@ from true_films.morph import Morph, stills
 
 from moireid.badge import Badge
 from moireid.designer import Request, design_badge
+from moireid.question import Question
 from moireid.simulate.scene import Build, Scene
-from moireid.verifier.session.claim import Claim
 from moireid_lab.bench.bench_frame import Bench, Row, Wish, grouped
 from moireid_lab.bench.live import (
     FACE_MM,
@@ -83,7 +83,7 @@ def checked(
     Parameters: draw: as `LiveCheck`; hear: called with each prompt and the time.
     """
     now_s, judged, verdict = 0.0, 0, None
-    check = LiveCheck(Claim(badge, badge.id), draw=draw, now=lambda: now_s, **pace)
+    check = LiveCheck(Question(badge, badge.id), draw=draw, now=lambda: now_s, **pace)
     check.ask(0.0)
     for taken_s, now_s, jpeg in film:
         for event in check.push(cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_GRAYSCALE), taken_s, now_s):

@@ -38,7 +38,7 @@ from moireid.simulate.filming import film
 from moireid.simulate.motion import Motion
 from moireid.simulate.recording.encode import RECIPES, FilmWriter, kept_frames
 from moireid.simulate.scene import Build, Camera, Scene
-from moireid.verifier import Claim, verify
+from moireid.verifier import Question, verify
 from moireid.verifier.measuring import CELLS_MOST_RATIO, CELLS_MOVE_RATIO
 from moireid_lab.bench.bench_frame import Bench, Row, Wish, grouped
 from moireid_lab.bench.verdicts import why_not
@@ -181,7 +181,7 @@ def judged(job: tuple[Case, int]) -> Row:
     case, seed = job
     with tempfile.TemporaryDirectory() as folder:
         badge, path = made(case, seed, Path(folder))
-        report = verify(path, Claim(badge, badge.id))
+        report = verify(path, Question(badge, badge.id))
     why, motion = why_not(report), report.identity.cell_motion
     moving = motion is None or CELLS_MOVE_RATIO <= motion.whole <= CELLS_MOST_RATIO
     others = [code for code in why if code != "cells_move" or not moving]

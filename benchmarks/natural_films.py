@@ -31,11 +31,12 @@ from outside.page import load_page
 from outside.rivals import KINDS as FILMED_KINDS
 
 from moireid.badge import load_badge
-from moireid.verifier import Claim, verify
+from moireid.verifier import Question, verify
 from moireid.verifier.camera.stretches import within_stretches
 from moireid.verifier.decision.judge import judge_signals
 from moireid.verifier.fringes.grating_signal import GratingSignal
 from moireid.verifier.fringes.signals import measure
+from moireid.verifier.session.claim import sheet_of
 from moireid.verifier.tracking.track import Track
 from moireid_lab.bench import natural
 from moireid_lab.bench.bench_frame import Bench, Row, Wish, counted_verdicts, grouped
@@ -94,7 +95,7 @@ def tracked(task: Task) -> Track:
     shoot = Shoot(seconds * FPS, FPS, (23, 28)[task.number % 2], int(rng.integers(1 << 30)), task.forge)
     film(page, built(page, rng), camera, path, video, shoot)
     badge = load_badge(folder / "badge" / "badge.json")
-    track = replace(verify(video, Claim(badge, badge.id)).track, snapshot=None)
+    track = replace(verify(video, Question(badge, badge.id)).track, snapshot=None)
     video.unlink()
     kept.write_bytes(pickle.dumps(track))
     return track
@@ -103,7 +104,7 @@ def tracked(task: Task) -> Track:
 def judged(task: Task) -> Row:
     """The parts of a film, judged, and the forgeries of its accepted parts; a filmed forgery is judged whole."""
     track = tracked(task)
-    claim = Claim(track.badge, track.badge.id)
+    claim = Question(track.badge, track.badge.id)
     lengths = (task.seconds,) if task.forge else LENGTHS_S
     starts = part_starts(lengths, round(track.frames_read / FPS))
     rows: list[Row] = []
@@ -126,9 +127,9 @@ def judged(task: Task) -> Row:
     return {"parts": rows}
 
 
-def row_of(task: Task, kind: str, signals: tuple[GratingSignal, ...], claim: Claim) -> Row:
+def row_of(task: Task, kind: str, signals: tuple[GratingSignal, ...], claim: Question) -> Row:
     """The figures of one set of signals."""
-    found = judge_signals(signals, claim.sheet)
+    found = judge_signals(signals, sheet_of(claim))
     figures = max(found.gratings, key=lambda one: one["information"], default={})
     law = found.explanations[0].parameters if found.explanations else {}
     return {

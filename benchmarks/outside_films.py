@@ -36,7 +36,7 @@ from outside.motion import course
 from outside.page import load_page
 
 from moireid.badge import load_badge
-from moireid.verifier import Claim, verify
+from moireid.verifier import Question, verify
 from moireid_lab.bench.bench_frame import Bench, Row, Wish, grouped
 
 FORMATS = ("cr80", "a7", "4x3in", "a6", "a5", "webcam", "board")
@@ -159,7 +159,7 @@ def judged(task: Task) -> Row:
         facts = made(task, folder)
         badge = load_badge(folder / "badge" / "badge.json")
         begun = time.process_time()
-        report = verify(folder / "film.mp4", Claim(badge, badge.id))
+        report = verify(folder / "film.mp4", Question(badge, badge.id))
         verify_s = time.process_time() - begun
         found = report.to_json()
         if task.keep:

@@ -40,7 +40,7 @@ from moireid.simulate.filming import Show, film
 from moireid.simulate.forgeries.rear_layer import ShownViews
 from moireid.simulate.motion import Motion
 from moireid.simulate.scene import Build, Camera, Scene
-from moireid.verifier import Claim, verify
+from moireid.verifier import Question, verify
 from moireid.verifier.session.capture import capture_as_built
 from moireid_lab.bench.bench_frame import Bench, Row, Wish, counted_verdicts, grouped
 from moireid_lab.bench.verdicts import why_not
@@ -247,7 +247,7 @@ def judged(job: tuple[Case, int, Path]) -> Row:
     case, number, folder = job
     folder.mkdir(parents=True, exist_ok=True)
     scene = scene_of(case, number)
-    claim = Claim(scene.badge, scene.badge.id)
+    claim = Question(scene.badge, scene.badge.id)
     motion, show = made(case, number, folder)
     with tempfile.TemporaryDirectory() as own:
         video = Path(own) / "film.mp4"

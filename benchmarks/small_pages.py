@@ -17,7 +17,7 @@ import numpy as np
 from moireid.designer import Request, design_badge
 from moireid.simulate import Build, Camera, Scene, motion_named
 from moireid.simulate.filming import truth_path
-from moireid.verifier import Claim, verify
+from moireid.verifier import Question, verify
 from moireid_lab.bench.bench_frame import Bench, Row, Wish, counted_verdicts, grouped, temporary_film
 from moireid_lab.bench.verdicts import why_not
 
@@ -40,7 +40,7 @@ def judged(job: tuple[str, float, int, int]) -> Row:
     course = motion_named(MOTIONS[seed % 2], distance_mm=1000 * metres, seed=seed)
     scene = Scene(badge, Build.typical(seed), Camera())
     with temporary_film(scene, course, frames=FRAMES, fps=FPS, seed=seed, crf=crf) as video:
-        report = verify(video, Claim(badge, badge.id))
+        report = verify(video, Question(badge, badge.id))
         truth = list(csv.DictReader(truth_path(video).open(encoding="utf-8")))
     row = {"page": name, "m": metres, "crf": crf, "verdict": report.verdict, "why": why_not(report), "ratio": None}
     if report.measurement is None:

@@ -24,7 +24,7 @@ from moireid.simulate.filming import film
 from moireid.simulate.motion import Poses
 from moireid.simulate.recording.encode import TO_VIDEO
 from moireid.simulate.scene import Build, Scene
-from moireid.verifier import Claim, verify
+from moireid.verifier import Question, verify
 from moireid_lab.bench.bench_frame import Bench, Row, Wish
 from moireid_lab.bench.forgers.forgers_suite import CAMERA, badge_of
 from moireid_lab.bench.verdicts import why_not
@@ -142,7 +142,7 @@ def judged(job: tuple[str, int]) -> Row:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "film.mp4"
         shown(taken(badge, len(set(show.order)), show.turn_deg, seed, Path(folder)), show, seed, path)
-        report = verify(path, Claim(badge, badge.id))
+        report = verify(path, Question(badge, badge.id))
     return {"film": name, "seed": seed, "verdict": report.verdict, "why": why_not(report)}
 
 

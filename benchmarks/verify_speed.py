@@ -30,7 +30,7 @@ import cv2
 from speed_films import QUICK_SECONDS, SECONDS, SHORT, SpeedFilm, speed_films
 
 from moireid.badge import Badge
-from moireid.verifier import Claim, Report, verify
+from moireid.verifier import Question, Report, verify
 from moireid_lab.bench.bench_frame import Bench, Row, Wish
 from moireid_lab.bench.bench_rows import Where
 
@@ -92,7 +92,7 @@ class FilmCost:
         """Of one run.  The clock of the stages is that of their own threads, as others run at the same time."""
         decoding, begun, clock = tuple(decode_cpu_s(film, count) for count in THREADS), time.process_time(), time.time()
         with patch("time.perf_counter", time.thread_time):
-            report = verify(film, Claim(badge, badge.id))
+            report = verify(film, Question(badge, badge.id))
         return cls(decoding, time.process_time() - begun, time.time() - clock, report)
 
     def least(self, other: FilmCost) -> FilmCost:

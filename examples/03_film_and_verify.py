@@ -5,7 +5,7 @@ from pathlib import Path
 
 from moireid.designer import Request, design_badge, random_payload
 from moireid.simulate import Build, Camera, Scene, film, motion_named
-from moireid.verifier import Claim, verify, write_report
+from moireid.verifier import Question, verify, write_report
 
 
 def main(folder: Path) -> None:
@@ -17,7 +17,7 @@ def main(folder: Path) -> None:
     for kind in (None, "frozen"):
         name = kind or "genuine"
         made = film(scene, motion, folder / f"{name}.mp4", frames=120, fps=30, forge=kind, overwrite=True)
-        report = verify(made.video, Claim(badge, badge.id))
+        report = verify(made.video, Question(badge, badge.id))
         write_report(report, folder / name, overwrite=True)
         found = report.invariant
         print(f"{name}: {report.verdict}, |rho| {found.correlation:.4f}, gain {found.gain_ratio:.3f}")

@@ -9,14 +9,14 @@ import time
 import cv2
 
 from moireid.badge import load_badge
-from moireid.verifier import Claim
+from moireid.verifier import Question
 from moireid_studio.challenge import StreamCheck
 
 
 def main(source: str, badge_json: str, seconds: float = 30.0) -> str:
     """The verdict on a film, or on some seconds of a camera."""
     badge, live = load_badge(badge_json), source.isdigit()
-    check, camera = StreamCheck(Claim(badge, badge.id), live=live), cv2.VideoCapture(int(source) if live else source)
+    check, camera = StreamCheck(Question(badge, badge.id), live=live), cv2.VideoCapture(int(source) if live else source)
     begun = time.monotonic()
     while (now := time.monotonic()) - begun < seconds and (picture := camera.read()[1]) is not None:
         stated_s = camera.get(cv2.CAP_PROP_POS_MSEC) / 1000

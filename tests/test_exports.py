@@ -27,10 +27,11 @@ EXPORTED = {
         "CertificateIdentity CheckResult SigningKey check held_against load_public_key load_signing_key signed_envelope"
     ),
     "moireid.verifier": (
-        "Circumstances Claim Film Frame Identification Report Running Verifier identify verify write_report"
+        "Circumstances Film Frame Identification KnownCamera Question Report Running Verifier identify verify "
+        "write_report"
     ),
     "moireid.registry": (
-        "Audit BadgeHolder Batch ClaimedBadge Finding Import LookAlikeWarning People Record Registry claimed "
+        "Audit BadgeHolder Batch Finding Import LookAlikeWarning People Record Registry claimed "
         "claimed_by_file default_url holder_of import_registry open_registry"
     ),
     "moireid_studio.challenge": "StreamCheck",

@@ -16,6 +16,7 @@ from moireid.errors import DesignError, SpecError
 from moireid.fabrication.page.pdf import dark_lines
 from moireid.frames import OwnFrame, own_frame, own_rect
 from moireid.lenticule import view_law
+from moireid.question import KnownCamera
 from moireid.simulate.analytic.analytic_renderer import AnalyticRenderer
 from moireid.simulate.motion import Poses
 from moireid.simulate.scene import Build, Camera, Instant, Scene
@@ -208,7 +209,7 @@ def test_the_pictures_of_turned_gratings_are_the_independent_tracer_s(hexagonal:
 def test_a_film_of_three_gratings_is_measured_and_read(hexagonal: Badge) -> None:
     """Catches: strips read across the lines, a camera of another frame, cells in another order than written."""
     track = filmed(hexagonal, Building(scale=1.001, offset_rad=1.0, twist_rad_per_mm=0.02))
-    measurement = measure(track, focal_px=1450.0)
+    measurement = measure(track, camera=KnownCamera(1450.0))
     found = judge_signals(measurement.gratings)
     assert found.verdict == "accept"
     assert [figures["gain_ratio"] for figures in found.gratings] == pytest.approx([1.0] * 3, abs=0.03)

@@ -32,7 +32,7 @@ from moireid.profiles import (
 from moireid.simulate import Build, Camera, Scene, film, motion_named, truth_path
 from moireid.simulate.build import build_of_truth
 from moireid.simulate.motion import from_csv
-from moireid.verifier import Claim, Film, identify, verify, write_report
+from moireid.verifier import Film, Question, identify, verify, write_report
 from moireid.verifier.camera.known_camera import load_camera
 from moireid.verifier.session.capture import capture_as_built
 
@@ -53,7 +53,7 @@ class NoPeople:
 READERS: dict[str, Callable[[Any], object]] = {
     "load_badge": load_badge,
     "Film": Film,
-    "verify": lambda path: verify(path, Claim(BADGE)),
+    "verify": lambda path: verify(path, Question(BADGE)),
     "identify": lambda path: identify(path, [BADGE], NoPeople()),
     "capture_as_built": lambda path: capture_as_built([path], ISSUED),
     "load_camera": load_camera,
@@ -83,7 +83,7 @@ def test_a_film_is_opened_by_its_name(tmp_path: Path) -> None:
     """Catches: a reader that takes text only where there is no such file."""
     opened = Film(str(FILMS / "genuine_1.0m.mp4"))
     assert (opened.path, opened.width > 0) == (FILMS / "genuine_1.0m.mp4", True)
-    assert verify(str(FILMS / "genuine_1.0m.mp4"), Claim(BADGE)).verdict == "accept"
+    assert verify(str(FILMS / "genuine_1.0m.mp4"), Question(BADGE)).verdict == "accept"
 
 
 def save_lens(path: Any, badge: Badge) -> None:
@@ -116,7 +116,7 @@ def test_a_film_is_written_by_its_name(tmp_path: Path) -> None:
     scene = Scene(BADGE, Build.typical(seed=1), Camera(width=320, height=240, focal_px=240.0))
     made = film(scene, motion_named("static", distance_mm=800.0, seed=1), video, frames=2, fps=30)
     assert (made.video, made.truth, truth_path(video)) == (Path(video), Path(f"{video}.truth.csv"), made.truth)
-    report = verify(str(FILMS / "genuine_1.0m.mp4"), Claim(BADGE))
+    report = verify(str(FILMS / "genuine_1.0m.mp4"), Question(BADGE))
     assert write_report(report, str(tmp_path / "pages"))[0] == tmp_path / "pages" / "report.html"
 
 

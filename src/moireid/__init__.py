@@ -22,6 +22,7 @@ fiducials.py     four squares, or a thin coded frame     designer/     name, len
 names.py         invisible letters; lines of namesakes   fabrication/  Badge -> PDF and mount
 asbuilt.py       figures of one built badge              simulate/     Badge -> film, true or forged
 provenance.py    where a claim comes from                verifier/     film -> report and verdict
+question.py      what a film is checked against
 materials.py     the table of what a badge is built of
 result_cache.py  rows of figures kept in a file          reading/      films read in a sealed process
 json_schema.py   documents held against a JSON Schema

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, Literal
 
-from moireid.asbuilt import AsBuilt, DatedFigures
-from moireid.badge import Badge
-from moireid.names import line_of, name_with_line
+from moireid.names import name_with_line
 
 Source = Literal["registry", "file", "bundle"]
 #: Rounds of PBKDF2 behind a seal: each guess costs 0.4 ms of processor time, on any side.
@@ -60,14 +58,14 @@ class Seal:
 class Provenance:
     """Where the claimed badge and its name come from.
 
-    source: "registry" where an authority signed them, "bundle" where it signed them in a bundle, "file" where a person
-    handed them over; file_name: the name in such a file, where the registry holds its identity under another one;
-    alike: name and id of enrolled people whose names are others and look like the claimed one; standing: of the
-    registry, None where none was asked; line: below the name, where the claim chose among people of one name by it, and
-    others: how many more badges bear that name.
+    source: None where a program makes the claim by itself; "registry" where an authority signed them, "bundle" where it
+    signed them in a bundle, "file" where a person handed them over; file_name: the name in such a file, where the
+    registry holds its identity under another one; alike: name and id of enrolled people whose names are others and look
+    like the claimed one; standing: of the registry, None where none was asked; line: below the name, where the claim
+    chose among people of one name by it, and others: how many more badges bear that name.
     """
 
-    source: Source
+    source: Source | None = None
     file_name: str | None = None
     alike: tuple[str, ...] = ()
     standing: Standing | None = None
@@ -75,8 +73,8 @@ class Provenance:
     others: int = 0
 
 
-#: What is known of a badge.json that a user supplies.
-FROM_FILE = Provenance("file")
+#: Of a badge.json that a user supplies, and of a claim that a program makes by itself.
+FROM_FILE, OWN_CLAIM = Provenance("file"), Provenance()
 
 
 @dataclass(frozen=True)
@@ -131,43 +129,3 @@ class AuthorityKey:
     fingerprint: str
     public_hex: str
     until: str | None = None
-
-
-@dataclass(frozen=True)
-class ClaimedBadge:
-    """A claimed badge, with what a check needs of it.
-
-    Attributes
-    ----------
-    badge : Badge
-        As it was issued.
-    as_built : AsBuilt or None
-        Its figures as measured at enrolment; None where it was never measured.
-    barred : Barred or None
-        Why it does not count; None where it does.
-    provenance : Provenance
-        Whether the registry vouches for it, or a file names it.
-    seal : Seal or None
-        Of its identity, where a bundle keeps that sealed; `badge` is then a specimen of its layout, and has none.
-    as_built_at : str or None
-        Since when its figures are on record, UTC, ISO 8601.
-    earlier : tuple of DatedFigures
-        Figures that were in use before, oldest first; they count too.
-    """
-
-    badge: Badge
-    as_built: AsBuilt | None = None
-    barred: Exclusion | None = None
-    provenance: Provenance = FROM_FILE
-    seal: Seal | None = None
-    as_built_at: str | None = None
-    earlier: tuple[DatedFigures, ...] = ()
-
-    def to_json(self) -> dict[str, Any]:
-        """As the `badge` object of `verify --json`."""
-        line = self.provenance.line or line_of(self.badge.print)
-        return {"id": self.badge.id, "name": self.badge.name, "line": line}
-
-    def without_figures(self) -> ClaimedBadge:
-        """The same, as if it was never measured: for a check that is to measure it."""
-        return replace(self, as_built=None, as_built_at=None, earlier=())

@@ -117,7 +117,6 @@ def test_markup_in_a_name_is_shown_as_text() -> None:
         ({"badge": BADGE, "bundle": "people.bundle"}, "bundle replaces registry, and needs claim"),
         ({"claim": "Ada", "bundle": "b", "registry": "r"}, "bundle replaces registry"),
         ({"badge": BADGE, "trust": "0" * 32}, "trust is of a registry"),
-        ({"badge": BADGE, "focal_px": 900.0, "camera": "camera.yml"}, "camera holds the focal length"),
         ({"badge": 3}, "is no path"),
     ],
 )

@@ -15,7 +15,7 @@ from moireid.attest import signed_envelope
 from moireid.attest.signing_keys import SigningKey
 from moireid.attest.statement import attested, statement
 from moireid.badge import load_badge
-from moireid.verifier import Claim, verify
+from moireid.verifier import Question, verify
 
 
 @pytest.fixture(scope="session")
@@ -27,7 +27,7 @@ def film(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="session")
 def judged(film: Path) -> dict[str, Any]:
     """Its report."""
-    return verify(film, Claim(load_badge(FILMS / "badge.json"))).to_json()
+    return verify(film, Question(load_badge(FILMS / "badge.json"))).to_json()
 
 
 Sign = Callable[..., str]

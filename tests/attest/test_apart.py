@@ -6,7 +6,7 @@ import pickle
 import re
 import shutil
 import sys
-from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -18,38 +18,31 @@ from moireid.attest.credentials import talk_with
 from moireid.badge import load_badge
 from moireid.errors import CodeError, MediaError, MoireIdError
 from moireid.provenance import Exclusion
-from moireid.reading.film_orders import JudgingOrder
 from moireid.reading.film_reader import fault_of, film_reader
-from moireid.reading.film_reports import JudgedReport, judged_film
+from moireid.reading.film_reports import judged_film
 from moireid.sandbox.process import ProcessEnd
 from moireid.sandbox.seal import MEANS
-from moireid.verifier import Claim
+from moireid.verifier import Question
 
 WORK = "kit.sandbox_work:act"
 
 
-def order_of(film: Path, **more: Any) -> JudgingOrder:
-    return JudgingOrder(film, Claim(load_badge(FILMS / "badge.json")), **more)
-
-
-def judged_apart(order: JudgingOrder, progress: Callable[[int, int | None], None]) -> JudgedReport:
-    """As `verify --sign` has it judged."""
-    with film_reader([order.video]) as reader:
-        return judged_film(order, reader, progress)
+QUESTION = Question(load_badge(FILMS / "badge.json"))
 
 
 @pytest.mark.slow
 def test_the_report_is_the_one_that_is_judged_here(film: Path, judged: dict[str, Any]) -> None:
     """Catches: another verdict by another way; a report's page that is forgotten; progress that is not shown."""
     seen: list[tuple[int, int | None]] = []
-    order = order_of(film, pictures=True, barred=Exclusion("revoked", "2026-05-03T08:00:00Z", "lost"))
-    judged_there = judged_apart(order, lambda done, of: seen.append((done, of)))
-    found = judged_there.report
+    question = replace(QUESTION, barred=Exclusion("revoked", "2026-05-03T08:00:00Z", "lost"))
+    with film_reader([film]) as reader:
+        there = judged_film(film, question, reader, lambda *counts: seen.append(counts), pictures=True)
+    found = there.result
     assert found["verdict"] == "reject" and found["reasons"][-1]["code"] == "revoked"
     assert found["invariant"] == judged["invariant"]
     assert found["sealed"] == (list(MEANS) if sys.platform == "linux" else [])
-    assert {"law.svg", "badge.png"} <= set(judged_there.pictures.files) and seen and seen[0][1] in (70, None)
-    assert judged_there.signals.startswith("frame,time_s") and judged_there.signals.count("\n") > 60
+    assert {"law.svg", "badge.png"} <= set(there.pictures.files) and seen and seen[0][1] in (70, None)
+    assert there.pictures.signals.startswith("frame,time_s") and there.pictures.signals.count("\n") > 60
 
 
 @pytest.mark.parametrize(
@@ -94,4 +87,4 @@ def test_a_report_of_another_film_is_not_taken(film: Path, tmp_path: Path, judge
                 return {"result": result}
 
         with pytest.raises(MediaError, match=r"changed while it was judged|answers what no film shows"):
-            judged_film(order_of(here), Hostile(), lambda done, of: None)
+            judged_film(here, QUESTION, Hostile(), lambda done, of: None)

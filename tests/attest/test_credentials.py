@@ -33,7 +33,7 @@ from moireid.attest.signing_keys import SigningKey
 from moireid.attest.statement import attested
 from moireid.badge import load_badge
 from moireid.errors import MediaError, MissingExtraError, SpecError
-from moireid.verifier import Claim, verify
+from moireid.verifier import Question, verify
 
 
 @pytest.fixture
@@ -102,7 +102,7 @@ def open_report(film: Path) -> dict[str, Any]:
     """Of a film that is too short for a verdict."""
     badge = load_badge(FILMS / "badge.json")
     short = first_frames(film, film.with_name("short.mp4"), 12)
-    found = verify(short, Claim(badge))
+    found = verify(short, Question(badge))
     assert found.verdict != "accept"
     return found.to_json()
 

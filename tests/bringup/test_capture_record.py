@@ -23,14 +23,14 @@ from moireid.bringup.chart_steps import PRINTER, SHEET
 from moireid.bringup.field_crops import field_crops, rectified
 from moireid.errors import SpecError
 from moireid.profiles import LensProfile, PrinterProfile, save_lens_profile, save_printer_profile
-from moireid.verifier import Claim, verify
+from moireid.verifier import Question, verify
 
 
 def test_a_record_holds_figures_signals_and_fields_and_no_name_unless_asked(tmp_path: Path):
     """Catches: badge.json that goes along, a name in the print data, a path of the builder's machine; signals of
     another film; crops that no program opens."""
     badge = replace(load_badge(FILMS / "badge.json"), name="Ada Lovelace", id="0123456789abcdef")
-    report = verify(FILMS / "genuine_1.0m.mp4", Claim(badge))
+    report = verify(FILMS / "genuine_1.0m.mp4", Question(badge))
     folder = open_folder(tmp_path / "first")
     folder.at("badge").mkdir(parents=True)
     folder.at(BADGE_JSON).write_text(badge.to_json())

@@ -22,7 +22,6 @@ COMMANDS = {
     "verify --camera": ["verify", FILM, "--badge", BADGE, "--camera", "IT"],
     "verify --bundle": ["verify", FILM, "--claim", "Ada", "--bundle", "IT"],
     "verify --sign": ["verify", FILM, "--badge", BADGE, "--sign", "IT", "--attest", "v.json"],
-    "verify --live-check": ["verify", FILM, "--badge", BADGE, "--live-check", "IT"],
     "attest check FILE": ["attest", "check", "IT"],
     "attest check --key": ["attest", "check", BADGE, "--key", "IT"],
     "attest check --film": ["attest", "check", BADGE, "--film", "IT"],

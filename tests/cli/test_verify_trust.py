@@ -8,7 +8,6 @@ from pathlib import Path
 import pytest
 
 from moireid.badge import Badge
-from moireid.cli.verify.verify_cmd import asked_of
 from moireid.cli.verify.verify_options import ClaimWish
 from moireid.errors import RegistryError
 from moireid.registry import open_registry
@@ -28,8 +27,8 @@ def test_the_look_up_after_the_film_asks_the_trusted_registry(
             trusted = registry.fingerprint
     wish = ClaimWish("Ada Lovelace", f"sqlite:///{tmp_path}/people.sqlite3", None, None, trusted)
     document = {"identity": {"decoded_id": ada.id, "verdict": "match"}}
-    with asked_of(wish) as asked:
-        assert asked.look_up(document).read is not None
+    with wish.asked() as (_, look_up):
+        assert look_up(document).read is not None
         shutil.copy(tmp_path / "other.sqlite3", tmp_path / "people.sqlite3")
         with pytest.raises(RegistryError, match="authority"):
-            asked.look_up(document)
+            look_up(document)

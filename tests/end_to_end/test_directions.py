@@ -11,7 +11,7 @@ import pytest
 from moireid.designer import Request, design_badge
 from moireid.simulate import Build, Scene, camera_named, film
 from moireid.simulate.motion import Poses, linear
-from moireid.verifier import Claim, verify
+from moireid.verifier import Question, verify
 
 PAYLOAD = bytes.fromhex("0f5ac3962d784be1")
 LAID = tuple((offset_mm, math.radians(deg)) for offset_mm, deg in ((0.11, 0.15), (-0.2, -0.25), (0.05, 0.28)))
@@ -33,7 +33,7 @@ def test_three_directions_judge_a_vertical_motion_that_one_leaves_open(tmp_path:
         build = Build(print_scale=1.002, print_aspect=1.001, lens_scale=0.9995, pieces=LAID[: len(badge.gratings)])
         video = tmp_path / f"{axes}.mp4"
         film(Scene(badge, build, camera_named("phone")), vertical, video, frames=150, fps=30, seed=3)
-        report = verify(video, Claim(badge, badge.id))
+        report = verify(video, Question(badge, badge.id))
         verdicts[axes] = report.verdict
     assert verdicts == {"x": "inconclusive", "hex": "accept"}
     level, *turned = report.to_json()["invariant"]["gratings"]

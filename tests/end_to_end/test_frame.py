@@ -13,7 +13,7 @@ from moireid.simulate.cameras import Camera
 from moireid.simulate.filming import film
 from moireid.simulate.motion import motion_named
 from moireid.simulate.scene import Build, Scene
-from moireid.verifier import Claim, verify
+from moireid.verifier import KnownCamera, Question, verify
 
 PAYLOAD = bytes.fromhex("0f38c1a2b3d4e5f6")
 CAMERA = Camera(width=960, height=720)
@@ -39,7 +39,7 @@ def test_a_framed_badge_is_judged_as_one_with_squares(
     scene = Scene(framed, Build(), replace(CAMERA, mirror=mirror))
     course = motion_named("sway", distance_mm=1000.0, seed=4)
     film(scene, course, tmp_path / "film.mp4", frames=FRAMES, fps=30.0, seed=4, forge=forge)
-    report = verify(tmp_path / "film.mp4", Claim(framed, framed.id, focal_px=CAMERA.focal_px))
+    report = verify(tmp_path / "film.mp4", Question(framed, framed.id, camera=KnownCamera(CAMERA.focal_px)))
     assert report.verdict == verdict
     if forge is None:
         assert report.frames["tracked"] >= 0.98 * FRAMES

@@ -19,7 +19,7 @@ from moireid.fabrication.page.pdf import mask_grating, write_badge_pdf
 from moireid.simulate.filming import film
 from moireid.simulate.motion import motion_named
 from moireid.simulate.scene import Build, Camera, Scene
-from moireid.verifier import Claim, verify
+from moireid.verifier import KnownCamera, Question, verify
 
 PAYLOAD = bytes.fromhex("0f38c1a2b3d4e5f6")
 
@@ -76,7 +76,7 @@ def test_a_film_of_it_is_accepted_and_read(masked: Badge, tmp_path: Path) -> Non
     scene = Scene(masked, build, Camera(1280, 720, 967.0))
     motion = motion_named("sway", distance_mm=1000.0, seed=5)
     film(scene, motion, tmp_path / "film.mp4", frames=120, fps=30.0, seed=5, crf=26)
-    report = verify(tmp_path / "film.mp4", Claim(masked, masked.id, focal_px=967.0))
+    report = verify(tmp_path / "film.mp4", Question(masked, masked.id, camera=KnownCamera(967.0)))
     assert report.verdict == "accept" and report.identity.decoded_id == masked.id
     assert report.invariant.gain_ratio == pytest.approx(1.0, abs=0.03)
 

@@ -13,7 +13,7 @@ from moireid.cli.main import moireid
 from moireid.simulate.filming import film
 from moireid.simulate.motion import motion_named
 from moireid.simulate.scene import Build, Camera, Scene
-from moireid.verifier import Claim, verify
+from moireid.verifier import Question, verify
 
 PAYLOAD = "0f38c1a2b3d4e5f6"
 pytestmark = pytest.mark.slow
@@ -35,6 +35,6 @@ def test_a_silk_badge_is_read_and_a_forged_film_of_it_is_not_accepted(silk, forg
     scene = Scene(silk, Build(lens_offset_mm=0.1, twist_rad=0.003, print_scale=1.002), Camera())
     path = tmp_path / "film.mp4"
     film(scene, motion_named("sway", distance_mm=1200.0, seed=2), path, frames=180, fps=30.0, seed=2, forge=forged)
-    report = verify(path, Claim(silk, silk.id))
+    report = verify(path, Question(silk, silk.id))
     assert report.verdict == wanted
     assert report.identity.decoded_id == PAYLOAD or forged

@@ -29,7 +29,7 @@ from moireid.registry import open_registry
 from moireid.simulate.filming import film
 from moireid.simulate.motion import motion_named
 from moireid.simulate.scene import Build, Camera, Scene
-from moireid.verifier import Claim, Report, verify
+from moireid.verifier import Question, Report, verify
 from moireid.verifier.fringes import strip_law as predict
 from moireid.verifier.fringes.signals import measure
 from moireid.verifier.identity.compare_built import filmed_built
@@ -128,7 +128,7 @@ def solved_parallax(report: Report) -> np.ndarray:
 )
 def test_genuine_films_are_accepted_and_their_poses_true(films, prototype, name, gain_limit, parallax_limit):
     """Catches: a law without g/D or on the wrong plane (3.8 %); a mirrored x; a shutter or focal length that is off."""
-    report = verify(films / f"{name}.mp4", Claim(prototype))
+    report = verify(films / f"{name}.mp4", Question(prototype))
     invariant, measurement = report.invariant, report.measurement
     assert report.verdict == invariant.verdict == "accept" and report.identity.verdict == "not_claimed"
     assert report.frames == {"read": 240, "tracked": 240, "unsearched": 0, "damaged": 0}
@@ -206,7 +206,7 @@ def test_a_path_traced_mask_obeys_the_law_and_is_inconclusive_for_its_single_swe
 def test_another_board_s_markers_are_no_badge(films, prototype, tmp_path):
     """Catches: a page of 146 mm laid over a board of 140 mm, on whose fringes a verdict would then be given."""
     beginning = first_frames(films / "rendered_path_1.4m.mp4", tmp_path / "a.mp4", 30)
-    report = verify(beginning, Claim(prototype))
+    report = verify(beginning, Question(prototype))
     assert report.verdict == "inconclusive" and report.frames["tracked"] == 0
     assert [reason.code for reason in report.reasons] == ["badge_absent"]
 
@@ -253,7 +253,7 @@ def shoot(badge: Badge, path: Path, *, motion="handheld", camera=SMALL, frames=9
 @pytest.mark.slow
 def test_a_film_in_which_nothing_moves_is_inconclusive(ada, tmp_path):
     """Catches: noise that passes for motion; a genuine badge rejected because nobody moved it."""
-    report = verify(shoot(ada, tmp_path / "a.mp4", motion="static", frames=64), Claim(ada, ada.id))
+    report = verify(shoot(ada, tmp_path / "a.mp4", motion="static", frames=64), Question(ada, ada.id))
     assert report.verdict == report.invariant.verdict == "inconclusive"
     levels = {reason.code: reason.level for reason in report.reasons}
     assert levels["motion"] == "undecided" and "fail" not in levels.values()
@@ -326,7 +326,7 @@ def test_the_claimed_badge_is_accepted(ada, grace, ada_film, tmp_path):
 @pytest.mark.slow
 def test_another_person_s_claim_is_rejected(ada, grace, ada_film):
     """Catches: motion alone; a decoder that finds what is claimed."""
-    report = verify(ada_film, Claim(grace, grace.id))
+    report = verify(ada_film, Question(grace, grace.id))
     assert report.verdict == "reject" and report.invariant.verdict == "accept"
     assert report.identity.verdict == "mismatch" and report.identity.decoded_id == ada.id
     assert [reason.code for reason in report.reasons if reason.level == "fail"] == ["identity"]
@@ -364,23 +364,23 @@ def test_a_badge_printed_from_the_name_is_not_the_issued_one(ada_film, tmp_path)
 @pytest.mark.slow
 def test_a_copy_is_rejected_unasked_where_the_badge_is_known_as_built(ada, ada_film):
     """Catches: a copy that passes unless somebody thinks of asking, and an original that is left open."""
-    report = verify(ada_film, Claim(ada, ada.id))
+    report = verify(ada_film, Question(ada, ada.id))
     invariant = report.invariant
     built = filmed_built(report.track, report.measurement, invariant.gain_ratio, invariant.gain_sd).as_built
-    original = verify(ada_film, Claim(ada, ada.id, as_built=built))
+    original = verify(ada_film, Question(ada, ada.id, as_built=built))
     assert (original.verdict, original.identity.built) == ("accept", "agrees")
     elsewhere = replace(built, offset_rad=built.offset_rad + 2.0)
-    copy = verify(ada_film, Claim(ada, ada.id, as_built=elsewhere))
+    copy = verify(ada_film, Question(ada, ada.id, as_built=elsewhere))
     assert (copy.verdict, copy.identity.built) == ("reject", "differs")
-    assert verify(ada_film, Claim(ada, ada.id, as_built=elsewhere, require_original=False)).verdict == "accept"
-    assert verify(ada_film, Claim(ada, ada.id, require_original=True)).verdict == "inconclusive"
+    assert verify(ada_film, Question(ada, ada.id, as_built=elsewhere, level="record")).verdict == "accept"
+    assert verify(ada_film, Question(ada, ada.id, level="enrolled")).verdict == "inconclusive"
 
 
 @pytest.mark.slow
 def test_an_enrolment_that_was_turned_against_its_holder_leaves_the_true_badge_accepted(ada, ada_film, tmp_path):
     """Catches: a holder who disowns true films by a drawn capture; a copy that agrees with a set of figures by parts; a
     report that keeps silent on the figures that it used."""
-    report = verify(ada_film, Claim(ada, ada.id))
+    report = verify(ada_film, Question(ada, ada.id))
     invariant = report.invariant
     true = filmed_built(report.track, report.measurement, invariant.gain_ratio, invariant.gain_sd).as_built
     poison = replace(true, gain_ratio=0.68, offset_rad=true.offset_rad + 2.0)
@@ -407,7 +407,7 @@ def test_an_enrolment_that_was_turned_against_its_holder_leaves_the_true_badge_a
     assert (sealed["verdict"], sealed["level"], sealed["identity"]["built"]) == ("accept", "enrolled", "agrees")
     # A copy agrees with neither set: not with the gain of one and the place of the other.
     earlier = (DatedFigures(replace(true, offset_rad=true.offset_rad + 1.0), "2026-01-01"),)
-    copy = verify(ada_film, Claim(ada, ada.id, as_built=poison, as_built_at="2026-02-01", earlier=earlier))
+    copy = verify(ada_film, Question(ada, ada.id, as_built=poison, as_built_at="2026-02-01", earlier=earlier))
     assert copy.verdict == "reject" and copy.identity.built != "agrees"
 
 
@@ -440,7 +440,7 @@ def test_a_badge_that_faces_away_follows_the_law(ada, tmp_path, monkeypatch):
     beyond the table that are judged by its edge all the same.
     """
     path = shoot(ada, tmp_path / "a.mp4", motion="oblique", camera=PHONE, frames=64)
-    report = verify(path, Claim(ada, ada.id))
+    report = verify(path, Question(ada, ada.id))
     # In two seconds of the straight path the camera goes one way, but the fringes speed up by more than twice.
     assert report.verdict == "accept"
     odds = {one.name: one.log10_odds for one in report.invariant.explanations}
@@ -462,7 +462,7 @@ def test_a_badge_that_faces_away_follows_the_law(ada, tmp_path, monkeypatch):
 @pytest.mark.parametrize(("kind", "must_fail"), [("frozen", "gain"), ("randomwalk", "residual"), ("late", "residual")])
 def test_forged_films_of_a_true_badge_are_rejected(ada, tmp_path, kind, must_fail):
     """Catches: a right payload that lets a wrong motion pass."""
-    report = verify(shoot(ada, tmp_path / "a.mp4", forge=kind), Claim(ada, ada.id))
+    report = verify(shoot(ada, tmp_path / "a.mp4", forge=kind), Question(ada, ada.id))
     assert report.verdict == report.invariant.verdict == "reject"
     assert report.identity.verdict == "match"
     assert must_fail in [reason.code for reason in report.reasons if reason.level == "fail"]

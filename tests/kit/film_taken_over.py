@@ -24,7 +24,7 @@ class HostileOrder:
     act: str
     path: str = ""
 
-    def read(self, send: Any, ask: Any, progress: Any) -> None:
+    def __call__(self, send: Any, ask: Any, progress: Any) -> None:
         """Do it, and send what came of it."""
         if self.act == "answer":
             send(json.loads(self.path))
@@ -82,7 +82,7 @@ class SayingOrder:
 
     message: Any
 
-    def read(self, send: Any, ask: Any, progress: Any) -> None:
+    def __call__(self, send: Any, ask: Any, progress: Any) -> None:
         """Send it, and a result."""
         if isinstance(self.message, bytes):
             send.__self__._pipe.send_bytes(self.message)

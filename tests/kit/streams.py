@@ -12,7 +12,7 @@ import av
 
 from kit.places import FILMS
 from moireid.badge import Badge, load_badge
-from moireid.verifier import Claim
+from moireid.verifier import Question
 from moireid_studio.watch.order import Patience, WatchOrder
 from moireid_studio.watch.source import source_of
 from moireid_studio.watch.watching import watch
@@ -56,5 +56,5 @@ def watched(
     **more: Any,
 ) -> dict[str, Any]:
     """The verdict's event on a source, held against the board of the films."""
-    order = WatchOrder(source_of(source), Claim(prototype()), patience=patience, **more)
+    order = WatchOrder(source_of(source), Question(prototype()), patience=patience, **more)
     return watch(order, seconds, stop or threading.Event(), notify)

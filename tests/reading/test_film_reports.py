@@ -22,9 +22,8 @@ from moireid.errors import MediaError
 from moireid.provenance import Exclusion
 from moireid.reading import film_reader
 from moireid.reading.answers import RegistryQuestion, checked
-from moireid.reading.film_orders import JudgingOrder
 from moireid.reading.film_reports import judged_film
-from moireid.verifier import Claim, verify
+from moireid.verifier import Question, verify
 
 BADGE = FILMS / "badge.json"
 
@@ -50,15 +49,15 @@ def film(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def honest(film: Path) -> dict[str, Any]:
     """Its report, as an honest process answers it."""
-    return verify(film, Claim(load_badge(BADGE))).to_json()
+    return verify(film, Question(load_badge(BADGE))).to_json()
 
 
 def test_what_a_film_cannot_show_is_stated_by_this_process(film: Path, ada: Badge, honest: dict[str, Any]) -> None:
     """Catches: a signed report with a live check, a version or another film's path that a film made up."""
     lies = {"live_checks": [{"verdict": "accept"}], "moireid": "99.9"}
     input_ = honest["input"] | {"path": "/secret/other.mp4"}
-    order = JudgingOrder(film, Claim(ada, ada.id))
-    found = judged_film(order, TakenOver(honest | lies | {"input": input_}), lambda *_: None).report
+    said = TakenOver(honest | lies | {"input": input_})
+    found = judged_film(film, Question(ada, ada.id), said, lambda *_: None).result
     assert "live_checks" not in found and found["moireid"] == __version__
     assert found["input"]["path"] == str(film)
     assert found["input"]["sha256"] == hashlib.sha256(film.read_bytes()).hexdigest()
@@ -68,14 +67,14 @@ def test_another_film_s_digest_is_refused(film: Path, ada: Badge, honest: dict[s
     """Catches: a film that was exchanged while it was judged."""
     other = honest | {"input": honest["input"] | {"sha256": "0" * 64}}
     with pytest.raises(MediaError, match="changed while it was judged"):
-        judged_film(JudgingOrder(film, Claim(ada, ada.id)), TakenOver(other), lambda *_: None)
+        judged_film(film, Question(ada, ada.id), TakenOver(other), lambda *_: None)
 
 
 def test_a_badge_that_no_longer_counts_is_never_accepted(film: Path, ada: Badge, honest: dict[str, Any]) -> None:
     """Catches: a revocation that only the process knows of that reads the film."""
     barred = Exclusion("revoked", "2026-01-01T00:00:00Z", "lost")
     with pytest.raises(MediaError, match="no longer counts"):
-        judged_film(JudgingOrder(film, Claim(ada, ada.id), barred), TakenOver(honest), lambda *_: None)
+        judged_film(film, Question(ada, ada.id, barred=barred), TakenOver(honest), lambda *_: None)
 
 
 def places(document: Any, before: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
@@ -139,6 +138,7 @@ def test_a_malformed_report_ends_in_a_sentence(
         {"files": {"../../page.html": ""}},
         {"files": [1]},
         {"plots": ["a plot without a picture"]},
+        {"plots": [1]},
         {"frame_s": "x"},
         {"signals": 3},
     ],
@@ -147,7 +147,7 @@ def test_malformed_pictures_end_in_a_sentence(
     film: Path, honest: dict[str, Any], more: dict[str, Any], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     """Catches: a picture's name or content that ends in an internal error."""
-    run = judge_as(monkeypatch, TakenOver(honest, **more))
+    run = judge_as(monkeypatch, TakenOver(honest, pictures=more))
     done = run("verify", film, "--badge", BADGE, "--report", tmp_path / "out")
     assert done.exit_code == 2 and "answers what no film shows" in done.stderr, done.output
     assert not (tmp_path / "out").exists() or not list((tmp_path / "out").iterdir())

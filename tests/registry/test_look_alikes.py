@@ -15,11 +15,12 @@ from kit.registries import badge_of, url_of
 from moireid.cli.main import moireid
 from moireid.errors import RegistryError, SpecError
 from moireid.provenance import Provenance
+from moireid.question import Question
 from moireid.registry import LookAlikeWarning, claimed, claimed_by_file, open_registry
 from moireid.registry.look_alikes import _prototypes, alike_within, folded_skeleton, looks_like, skeleton
 from moireid.registry.schema import select_named_so
 from moireid.verifier.identity.decode import Identity
-from moireid.verifier.session.claim import Claim, claim_reasons
+from moireid.verifier.session.claim import claim_reasons
 from moireid_studio.jobs.orders import BadgeOrder, checked
 
 #: SHA-256 of the prototypes.
@@ -178,10 +179,12 @@ def test_an_import_reports_names_that_came_with_it(tmp_path, keys, monkeypatch) 
 def test_a_claim_with_hidden_letters_is_noted(tmp_path, keys) -> None:
     """Catches: a name of a bundle, a file or an old registry that passes for another without a word."""
     badge = replace(badge_of("Ada"), name="Ada\u200b")
-    reasons = claim_reasons(Claim(badge, badge.id, provenance=Provenance("bundle")), Identity("unreadable", ()))
+    reasons = claim_reasons(Question(badge, badge.id, provenance=Provenance("bundle")), Identity("unreadable", ()))
     (found,) = [reason for reason in reasons if reason.code == "hidden_letters"]
     assert found.level == "note" and "ZERO WIDTH SPACE" in found.text
-    plain = claim_reasons(Claim(badge_of("Ada"), badge.id, provenance=Provenance("bundle")), Identity("unreadable", ()))
+    plain = claim_reasons(
+        Question(badge_of("Ada"), badge.id, provenance=Provenance("bundle")), Identity("unreadable", ())
+    )
     assert "hidden_letters" not in {reason.code for reason in plain}
 
 

@@ -25,7 +25,7 @@ ZOE_NFC, ZOE_NFD = "Zo\u00eb", "Zoe\u0308"
 
 def test_exported_names():
     names = (
-        "Audit BadgeHolder Batch ClaimedBadge Finding Import LookAlikeWarning People Record Registry claimed "
+        "Audit BadgeHolder Batch Finding Import LookAlikeWarning People Record Registry claimed "
         "claimed_by_file default_url holder_of import_registry open_registry"
     )
     assert moireid.registry.__all__ == names.split()

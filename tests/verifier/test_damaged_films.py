@@ -21,7 +21,7 @@ import pytest
 from kit.damaging import TS, flagged, lost, recoded, with_packets, zeroed
 from moireid.badge import Badge, load_badge
 from moireid.errors import MediaError
-from moireid.verifier import Claim, Film, Report, verify
+from moireid.verifier import Film, Question, Report, verify
 from moireid.verifier.damage import CLAIMED, DAMAGED, DamageWatch
 from moireid.verifier.decision.judge import Invariant
 from moireid.verifier.limits import MAX_STRAY_SHARE
@@ -71,7 +71,7 @@ def test_a_zeroed_packet_is_read_past(sound, folder, badge, codec, damaged):
     """Catches: a film that is refused for one packet; wrong pictures after it, up to the next key picture, judged."""
     whole = sound[codec, CONTAINERS[codec], 30]
     number = 70 if codec == "libvpx-vp9" else 60
-    report = verify(zeroed(whole, folder / f"zeroed{whole.suffix}", number), Claim(badge))
+    report = verify(zeroed(whole, folder / f"zeroed{whole.suffix}", number), Question(badge))
     assert report.frames["damaged"] == damaged and report.frames["read"] == 120
     assert report.frames["tracked"] == 120 - damaged
     share = damaged / 120
@@ -143,7 +143,7 @@ def test_a_film_that_ends_early_is_read_as_far_as_it_goes(sound, folder, badge):
         whole = sound[codec, CONTAINERS[codec], 30]
         cut = folder / f"cut{whole.suffix}"
         cut.write_bytes(whole.read_bytes()[: whole.stat().st_size * 3 // 4])
-        report = verify(cut, Claim(badge))
+        report = verify(cut, Question(badge))
         assert 80 < report.frames["read"] < 100 and report.verdict == "accept"
         said = [reason.text for reason in report.reasons if reason.level == "note" and "breaks off" in reason.text]
         assert len(said) == 1
@@ -159,11 +159,11 @@ def test_a_file_that_cannot_be_read_on_is_judged_so_far(sound, badge, monkeypatc
 
     monkeypatch.setattr(Film, "_decoded", ends)
     left = 90
-    report = verify(sound["libx264", "ts", 30], Claim(badge))
+    report = verify(sound["libx264", "ts", 30], Question(badge))
     assert report.frames["read"] == 90 and codes(report, "note").count("damaged") == 1
     left = 0
     with pytest.raises(MediaError, match="after frame 0"):
-        verify(sound["libx264", "ts", 30], Claim(badge))
+        verify(sound["libx264", "ts", 30], Question(badge))
 
 
 @pytest.mark.parametrize("counters", [False, True])
@@ -172,12 +172,12 @@ def test_flags_alone_hide_nothing(films, folder, badge, counters):
     for codec in ("libx264", "libx265"):
         forged = recoded(films / "forged_reversed_1.0m.mp4", folder / f"forged_{codec}.ts", codec, gop=30)
         marked = flagged(forged, folder / "flagged.ts", (0.3, 0.6), counters=counters)
-        plain, report = verify(forged, Claim(badge)), verify(marked, Claim(badge))
+        plain, report = verify(forged, Question(badge)), verify(marked, Question(badge))
         assert report.verdict == plain.verdict == "reject"
         assert report.frames == plain.frames and report.frames["damaged"] == 0
     # Where every packet is flagged, a decoder that finds damage by itself finds none.
     marked = flagged(folder / "forged_libx264.ts", folder / "flagged.ts", counters=counters)
-    assert verify(marked, Claim(badge)).verdict == "reject"
+    assert verify(marked, Question(badge)).verdict == "reject"
 
 
 def test_flags_alone_accept_nothing(films, folder, badge, sound):
@@ -198,8 +198,8 @@ def test_flags_alone_accept_nothing(films, folder, badge, sound):
             frame.pts, frame.time_base, frame.pict_type = number, Fraction(1, 60), 0
             made.mux(stream.encode(frame))
         made.mux(stream.encode(None))
-    assert verify(spliced, Claim(badge)).verdict != "accept"
-    assert verify(flagged(spliced, folder / "marked.ts", (0.2, 0.8)), Claim(badge)).verdict != "accept"
+    assert verify(spliced, Question(badge)).verdict != "accept"
+    assert verify(flagged(spliced, folder / "marked.ts", (0.2, 0.8)), Question(badge)).verdict != "accept"
 
 
 class Shown:
@@ -275,7 +275,7 @@ def losses(sound, folder: Path, codec: str, gop: int, seed: int) -> Path:
 def test_packets_lost_reject_nothing(sound, folder, badge, codec):
     """Catches: a true film rejected for pictures that its decoder made up."""
     for seed in range(3):
-        report = verify(losses(sound, folder, codec, 250, seed), Claim(badge, badge.id))
+        report = verify(losses(sound, folder, codec, 250, seed), Question(badge, badge.id))
         assert report.verdict != "reject" and not codes(report, "fail"), (seed, codes(report, "fail"))
 
 
@@ -283,7 +283,7 @@ def test_packets_lost_reject_nothing(sound, folder, badge, codec):
 @pytest.mark.parametrize(("codec", "gop"), list(product(("libx264", "libx265", "libvpx-vp9"), (30, 250))))
 def test_packets_lost_reject_nothing_at_any_place(sound, folder, badge, codec, gop):
     """Catches: as the one before, by codec and group of pictures; `pytest -rP` shows the table."""
-    reports = [verify(losses(sound, folder, codec, gop, seed), Claim(badge, badge.id)) for seed in range(10)]
+    reports = [verify(losses(sound, folder, codec, gop, seed), Question(badge, badge.id)) for seed in range(10)]
     rows = [f"{one.verdict} {one.frames['damaged']} {codes(one, 'undecided')}" for one in reports]
     sys.stdout.write("\n".join([f"{codec}, {gop}:", *rows, ""]))
     assert "reject" not in [report.verdict for report in reports]
@@ -310,7 +310,7 @@ def test_a_rejection_that_rests_on_claims_alone_is_none(badge, monkeypatch, with
     marks[13] = marks[18] = CLAIMED
     asked = []
 
-    def judged(part: Track, claim: Claim, *, repeated: int) -> Chapter:
+    def judged(part: Track, claim: Question, *, repeated: int) -> Chapter:
         asked.append((list(part.frame_numbers), repeated))
         assert [list(rows[:, 0]) for rows in part.profiles] == [
             list(part.frame_numbers),
@@ -323,7 +323,7 @@ def test_a_rejection_that_rests_on_claims_alone_is_none(badge, monkeypatch, with
         return replace(whole, earlier=(whole,))
 
     monkeypatch.setattr(chapters, "judge_chapter", judged)
-    chapter = chapters.judge_marked(track, Claim(badge), 5, marks)
+    chapter = chapters.judge_marked(track, Question(badge), 5, marks)
     sound = [10, 11, 15, 16, 17, 19]
     assert asked == [([10, 11, 13, *sound[2:5], 18, 19], 3), (sound, 2)]
     assert chapter.invariant.verdict == ("reject" if kept else without)

@@ -13,14 +13,14 @@ import pytest
 from kit.places import FILMS
 from moireid.badge import load_badge
 from moireid.errors import MissingExtraError, SpecError
-from moireid.verifier import Claim, Report, verify
+from moireid.verifier import Question, Report, verify
 from moireid.verifier.report.phase_figure import phase_figure
 from moireid.verifier.signal_table import SignalTable
 
 
 @pytest.fixture(scope="module")
 def report() -> Report:
-    return verify(FILMS / "genuine_1.0m.mp4", Claim(load_badge(FILMS / "badge.json")))
+    return verify(FILMS / "genuine_1.0m.mp4", Question(load_badge(FILMS / "badge.json")))
 
 
 def test_the_columns_are_the_measurement_s(report: Report) -> None:
@@ -49,7 +49,7 @@ def test_csv_and_table_are_the_same(report: Report) -> None:
 
 def test_what_was_not_measured_has_columns_and_no_rows() -> None:
     """Catches: an error for a film without a badge, in place of the header alone."""
-    report = verify(FILMS / "genuine_1.0m.mp4", Claim(load_badge(FILMS / "badge_mask.json")))
+    report = verify(FILMS / "genuine_1.0m.mp4", Question(load_badge(FILMS / "badge_mask.json")))
     if report.measurement is None:
         signals = report.signals()
         assert "predicted_rad_0" in signals and {len(column) for column in signals.values()} == {0}

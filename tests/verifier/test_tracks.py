@@ -22,7 +22,7 @@ from kit.signing import new_key, pem_of, public_pem_of
 from moireid.badge import Badge, load_badge
 from moireid.cli.main import moireid
 from moireid.errors import MediaError
-from moireid.verifier import Claim, Film, Report, identify, verify
+from moireid.verifier import Film, Question, Report, identify, verify
 from moireid.verifier.report.seconds import Moment, frame_picture
 from moireid.verifier.session.capture import capture_as_built
 from moireid.verifier.video import OPENING
@@ -62,12 +62,12 @@ def test_two_tracks_are_judged_only_as_asked(parts, badge, tmp_path, suffix):
     ):
         both = [Part(parts[name], flag) for name, flag in zip(order, flags, strict=True)]
         film = joined(both, tmp_path / f"{number}{flags[0]}{flags[1]}.{suffix}")
-        report = verify(film, Claim(badge))
+        report = verify(film, Question(badge))
         assert report.verdict == "inconclusive" and [one.code for one in report.reasons] == ["tracks"]
         tracks = report.to_json()["input"]["tracks"]
         assert [track["index"] for track in tracks] == [0, 1] and not any(track["chosen"] for track in tracks)
     for track, name in enumerate(order):
-        report = verify(film, Claim(badge), track=track)
+        report = verify(film, Question(badge, track=track))
         assert report.verdict == ("accept" if name.startswith("true") else "reject")
         assert found(report) == [("tracks", "note")]
         assert [one["chosen"] for one in report.to_json()["input"]["tracks"]] == [track == 0, track == 1]
@@ -77,9 +77,9 @@ def test_two_tracks_are_judged_only_as_asked(parts, badge, tmp_path, suffix):
 def test_a_picture_as_the_first_track_is_a_track(parts, badge, tmp_path, first):
     """Catches: a film that is called too short for its first track, of one picture; the film itself judged unasked."""
     film = joined([Part(parts[first]), Part(parts["true"], DEFAULT)], tmp_path / "film.mkv")
-    report = verify(film, Claim(badge))
+    report = verify(film, Question(badge))
     assert report.verdict == "inconclusive" and [one.code for one in report.reasons] == ["tracks"]
-    assert verify(film, Claim(badge), track=1).verdict == "accept"
+    assert verify(film, Question(badge, track=1)).verdict == "accept"
 
 
 def test_a_cover_is_no_track(parts, badge, tmp_path):
@@ -87,7 +87,7 @@ def test_a_cover_is_no_track(parts, badge, tmp_path):
     film = joined([Part(parts["jpeg"], COVER), Part(parts["true"], DEFAULT)], tmp_path / "film.mp4")
     with av.open(str(film)) as container:
         assert len(container.streams.video) == 2
-    report = verify(film, Claim(badge))
+    report = verify(film, Question(badge))
     assert (report.verdict, found(report)) == ("accept", [])
     assert len(report.to_json()["input"]["tracks"]) == 1
 
@@ -324,7 +324,7 @@ def test_no_other_way_in_judges_a_track_unasked(both, badge, ada):
 def test_the_page_shows_a_picture_of_the_track(parts, badge, tmp_path):
     """Catches: the page of a report that shows the other track than was judged."""
     film = joined([Part(parts["still"]), Part(parts["true"])], tmp_path / "film.mkv")
-    drawn = frame_picture(verify(film, Claim(badge), track=1), Moment(30, 1.0, None))
+    drawn = frame_picture(verify(film, Question(badge, track=1)), Moment(30, 1.0, None))
     assert drawn is not None
     seen = cv2.imdecode(np.frombuffer(drawn, np.uint8), cv2.IMREAD_GRAYSCALE)
     picture, _ = Film(parts["true"]).picture(30)

@@ -22,7 +22,7 @@ import pytest
 from kit.coded_films import first_frames, written
 from moireid.badge import load_badge
 from moireid.errors import MediaError
-from moireid.verifier import Claim, verify, video
+from moireid.verifier import KnownCamera, Question, verify, video
 from moireid.verifier.picture import LINEAR_COUNTS
 from moireid.verifier.video import Film, picture_of, unreduced_px
 
@@ -242,7 +242,7 @@ def test_places_read_are_those_of_the_film():
 @pytest.mark.parametrize("focal_px", [None, 1500.0])
 def test_a_film_read_reduced_is_told_in_its_own_pixels(films: Path, tmp_path, monkeypatch, focal_px):
     """Catches: a focal length or a place in pixels of the smaller picture, given or found; a silence about it."""
-    claim = Claim(load_badge(films / "badge.json"), focal_px=focal_px)
+    claim = Question(load_badge(films / "badge.json"), camera=KnownCamera(focal_px))
     film = first_frames(films / "genuine_1.0m.mp4", tmp_path / "short.mp4", 120)
     whole = verify(film, claim).to_json()
     monkeypatch.setattr(video, "MOST_PIXELS", 960 * 540)
@@ -273,7 +273,7 @@ def test_a_film_of_8k_is_read(films: Path, tmp_path):
             )
             made.mux(stream.encode(av.VideoFrame.from_ndarray(large, format="bgr24")))
         made.mux(stream.encode())
-    claim = Claim(load_badge(films / "badge.json"))
+    claim = Question(load_badge(films / "badge.json"))
     found, known = verify(target, claim), verify(short, claim)
     assert found.verdict == known.verdict and [one.frames["tracked"] for one in (found, known)] == [80, 80]
     assert found.film["reduced_by"] == 2 and (found.film["width"], found.film["height"]) == (7680, 4320)
@@ -297,9 +297,9 @@ def test_the_digest_is_of_the_film_that_was_read_and_not_of_its_path(tmp_path, a
         if frame == 1:
             other.replace(path)
 
-    report = verify(path, Claim(ada), progress=swap)
+    report = verify(path, Question(ada), progress=swap)
     assert report.frames["read"] == 5 and report.film["sha256"] == read
-    assert verify(path, Claim(ada)).film["sha256"] == swapped_in
+    assert verify(path, Question(ada)).film["sha256"] == swapped_in
     film = Film(path)
     short_film(tmp_path / "c.mp4", 4).replace(path)
     assert len(list(film.frames())) == 3 and film.described()["sha256"] == swapped_in
@@ -314,7 +314,7 @@ def test_a_film_that_is_written_to_is_refused(tmp_path, ada):
             stream.write(b"more")
 
     with pytest.raises(MediaError, match="changed while"):
-        verify(path, Claim(ada), progress=write)
+        verify(path, Question(ada), progress=write)
 
 
 def test_two_readers_of_one_film_keep_their_places(tmp_path):

@@ -12,7 +12,7 @@ import pytest
 from kit.coded_films import written
 from moireid.badge import Badge
 from moireid.errors import SpecError
-from moireid.verifier import Claim, Film, verify
+from moireid.verifier import Film, Question, verify
 from moireid_lab.baseline.corners import (
     COLUMNS,
     CornerFollower,
@@ -91,6 +91,6 @@ def test_a_row_of_a_collection_says_so_too(films: Path, mostly_gone: Path, proto
 @pytest.mark.slow
 def test_what_markers_reject_stays_rejected(films: Path, prototype: Badge):
     """Catches: an open finding that takes a rejection back."""
-    report = verify(films / "forged_reversed_1.0m.mp4", Claim(prototype))
+    report = verify(films / "forged_reversed_1.0m.mp4", Question(prototype))
     printed = without_corners(replace(report, frames={"read": 900, "tracked": report.frames["tracked"]}))
     assert printed.verdict == "reject" and printed.reasons[-1].code == "corners"

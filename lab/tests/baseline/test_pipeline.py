@@ -14,7 +14,7 @@ from kit.coded_films import first_frames
 from kit.places import FILMS
 from moireid.badge import Badge
 from moireid.cli.main import moireid
-from moireid.verifier import Claim
+from moireid.verifier import Question
 from moireid_lab.baseline.pipeline import (
     PublishedReader,
     fringe_lean_rad,
@@ -49,11 +49,11 @@ def test_leaning_fringes_are_turned_upright(lean_deg):
 def test_a_true_film_scores_as_published_and_so_does_a_reversed_one(films: Path, prototype: Badge, tmp_path: Path):
     """The baseline must be as good as its paper (0.87), and blind to sign like it; catches a weakened baseline."""
     beginning = first_frames(films / "genuine_1.0m.mp4", tmp_path / "true.mp4", 130)
-    true = verify_published(beginning, Claim(prototype))
+    true = verify_published(beginning, Question(prototype))
     assert true.verdict == "accept" and true.invariant.correlation > 0.99
     assert true.invariant.window_correlation_mean > 0.95
     reversed_ = first_frames(films / "forged_reversed_1.0m.mp4", tmp_path / "a.mp4", 70)
-    false = verify_published(reversed_, Claim(prototype))
+    false = verify_published(reversed_, Question(prototype))
     assert false.verdict == "accept" and false.invariant.gain_ratio is None
 
 
@@ -88,7 +88,7 @@ def test_the_guessed_focal_length_is_the_longer_side(size: tuple[int, int], prot
 @pytest.mark.slow
 def test_a_claim_of_an_identity_stays_open(short: Path, prototype: Badge):
     """Catches: an accept for a person whom nothing was read of."""
-    report = verify_published(short, Claim(prototype, "00" * 8))
+    report = verify_published(short, Question(prototype, "00" * 8))
     assert report.verdict == "inconclusive" and report.identity.verdict == "unreadable"
 
 

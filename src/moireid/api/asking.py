@@ -10,21 +10,20 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from moireid.badge import Badge, load_badge
 from moireid.files import AnyPath, as_path
-from moireid.provenance import ClaimedBadge, Standing
+from moireid.provenance import FROM_FILE, Standing
+from moireid.question import KnownCamera, Question
 from moireid.verifier.report.circumstances import Circumstances, read_id
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from moireid.api.places import Place
-    from moireid.reading.film_orders import IdentifyingOrder
+    from moireid.reading.film_orders import Progress
     from moireid.reading.film_reader import Reader
-    from moireid.reading.film_reports import Progress
     from moireid.registry import Registry
     from moireid.registry.bundle.held import Bundle
     from moireid.verifier.session.identify import EnrolledPeople
@@ -46,29 +45,8 @@ class AskingTerms:
     require: Callable[[Registry | Bundle], object] = lambda held: None
 
 
-@dataclass(frozen=True)
-class ClaimContext:
-    """A claimed badge, with the standing of the registry or bundle that was asked, and a look-up of reports there."""
-
-    found: ClaimedBadge
-    look_up: LookUp
-
-    @property
-    def standing(self) -> Standing | None:
-        """None if neither was asked."""
-        return self.found.provenance.standing
-
-    def stated(self) -> dict[str, Any]:
-        """What a report says of the claim, which this process states, and not the one that reads the film."""
-        return {
-            "registry": self.standing.to_json() if self.standing else None,
-            "claim_source": self.found.provenance.source,
-            "badge": self.found.to_json(),
-        }
-
-    def known(self, document: Mapping[str, Any], claim: str | None) -> Circumstances:
-        """How the check of a report was made; claim: as it was given."""
-        return replace(self.look_up(document), claim=claim, barred=self.found.barred)
+#: What is asked of a film, and how its report is looked up where the claim was.
+ClaimContext = tuple[Question, LookUp]
 
 
 @contextmanager
@@ -76,7 +54,7 @@ def claim_of_badge(badge: Badge | AnyPath, registry: Place, terms: AskingTerms) 
     """The badge itself; with a registry that holds it, the registry's own record of it."""
     own = badge if isinstance(badge, Badge) else load_badge(badge)
     if registry is None:
-        yield ClaimContext(ClaimedBadge(own), lambda document: Circumstances(datetime.now(UTC)))
+        yield Question(own, own.id, provenance=FROM_FILE), lambda document: Circumstances(datetime.now(UTC))
         return
     from moireid.registry import claimed_by_file
 
@@ -88,10 +66,12 @@ def claim_of_name(claim: str, registry: Place, terms: AskingTerms) -> Iterator[C
     """The badge that a name or an id means in a registry."""
     from moireid.registry import claimed
 
-    yield _claim_of(registry, terms, lambda held: claimed(held, claim))
+    yield _claim_of(registry, terms, lambda held: claimed(held, claim), claim)
 
 
-def _claim_of(registry: Place, terms: AskingTerms, find: Callable[[Registry], ClaimedBadge]) -> ClaimContext:
+def _claim_of(
+    registry: Place, terms: AskingTerms, find: Callable[[Registry], Question], claim: str | None = None
+) -> ClaimContext:
     """A registry's answer, which is closed while the film is read, and opened again to look the report up."""
     with _asked(registry, terms) as (held, standing):
         found = find(held)
@@ -100,9 +80,9 @@ def _claim_of(registry: Place, terms: AskingTerms, find: Callable[[Registry], Cl
 
     def look_up(document: Mapping[str, Any]) -> Circumstances:
         with _asked(registry, again) as (held, _):
-            return _known_by(held, standing, document)
+            return replace(_known_by(held, standing, document), claim=claim, barred=found.barred)
 
-    return ClaimContext(replace(found, provenance=replace(found.provenance, standing=standing)), look_up)
+    return replace(found, provenance=replace(found.provenance, standing=standing)), look_up
 
 
 @contextmanager
@@ -113,15 +93,23 @@ def claim_in_bundle(claim: str, bundle: AnyPath, terms: AskingTerms) -> Iterator
     with Bundle(as_path(bundle), terms.trust) as held:
         terms.note(held.standing)
         terms.require(held)
+        found = held.claimed(claim)
 
         def look_up(document: Mapping[str, Any]) -> Circumstances:
             # If the claimed seal opened, the holder is known already.
             other = read_id(document) if document["identity"]["verdict"] == "mismatch" else None
             read = held.holder_of(other) if held.opens_soon else None
-            known = Circumstances(datetime.now(UTC), read=read, standing=held.standing, registry=str(bundle))
-            return replace(known, looked_up=held.opens_soon)
+            return Circumstances(
+                datetime.now(UTC),
+                claim=claim,
+                barred=found.barred,
+                read=read,
+                standing=held.standing,
+                registry=str(bundle),
+                looked_up=held.opens_soon,
+            )
 
-        yield ClaimContext(held.claimed(claim), look_up)
+        yield found, look_up
 
 
 @dataclass(frozen=True)
@@ -140,26 +128,17 @@ class SearchScope:
     look_up: LookUp
 
     def search(
-        self, order: IdentifyingOrder, reader: Reader, progress: Progress
+        self, film: Path, camera: KnownCamera | None, track: int | None, reader: Reader, progress: Progress
     ) -> tuple[dict[str, Any], Circumstances]:
         """What a film shows of them, as JSON, and how it was looked up.  Raises: MoireIdError as `identified_film`."""
         from moireid.reading.film_reports import identified_film
 
-        answer = partial(answer_to, enrolled=self.enrolled, film=order.video)
-        outcome = identified_film(order, reader, progress, answer)
+        outcome = identified_film(film, self.layouts, camera, track, reader, progress, self.enrolled)
         found_id = outcome["found_id"]
         name = None if found_id is None else self.name(found_id)
         document = outcome | {"found_name": name, "registry": self.standing.to_json()}
         document = document if found_id is None else self.note(document, found_id)
         return document, self.look_up(document)
-
-
-def answer_to(question: object, enrolled: EnrolledPeople, film: Path) -> Any:
-    """The answer to a question of the process that reads the film.  Raises: MediaError if it is none."""
-    from moireid.reading.answers import RegistryQuestion, checked
-
-    asked = checked(question, RegistryQuestion, film)
-    return enrolled.holds(asked.holds) if asked.holds is not None else enrolled.alike(asked.alike or {})
 
 
 @contextmanager

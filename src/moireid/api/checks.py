@@ -6,8 +6,8 @@ is forked from a small program of its own, not from this one, so notebooks, thre
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from contextlib import AbstractContextManager
+from dataclasses import replace
 
 from moireid.api.asking import (
     AskingTerms,
@@ -18,22 +18,16 @@ from moireid.api.asking import (
     people_of_bundle,
     people_of_registry,
 )
-from moireid.api.film_check import FilmCheck
+from moireid.api.film_check import FilmCheck, judge
 from moireid.api.places import Place, warn_of
-from moireid.attest.film_credentials import with_carried
 from moireid.badge import Badge
 from moireid.errors import SpecError
 from moireid.files import AnyPath, as_path
-from moireid.reading.film_orders import IdentifyingOrder, JudgingOrder
+from moireid.question import CheckLevel, KnownCamera
+from moireid.reading.film_orders import Progress
 from moireid.reading.film_reader import film_reader
-from moireid.reading.film_reports import judged_film
-from moireid.verifier import Claim
-from moireid.verifier.camera.known_camera import KnownCamera, load_camera
-from moireid.verifier.limits import LEAST_STRENGTH, MIN_COVER_SHARE
+from moireid.verifier.camera.known_camera import load_camera
 from moireid.verifier.report.report_page import Pictures
-from moireid.verifier.session.check_level import CheckLevel
-
-Progress = Callable[[int, int | None], None]
 
 
 def verify(
@@ -44,12 +38,10 @@ def verify(
     registry: Place = None,
     bundle: AnyPath | None = None,
     trust: str | None = None,
-    focal_px: float | None = None,
-    camera: KnownCamera | AnyPath | None = None,
-    require_original: bool | None = None,
-    cover: float = MIN_COVER_SHARE,
-    level: CheckLevel = "record",
-    strength: int = LEAST_STRENGTH,
+    camera: KnownCamera | AnyPath | float | None = None,
+    cover: float | None = None,
+    level: CheckLevel | None = None,
+    strength: int | None = None,
     overlap: bool = False,
     track: int | None = None,
     pictures: bool = True,
@@ -72,18 +64,16 @@ def verify(
         A registry's bundle that is asked instead.
     trust : str, optional
         The fingerprint of the one authority that counts.
-    focal_px : float, optional
-        Focal length of the film's camera, px; None if it is not known.
-    camera : KnownCamera or str or Path, optional
-        A calibration of the film's camera, or its file, instead of the focal length.
-    require_original : bool, optional
-        Reject a film whose figures differ from those of enrolment; None requires this where they are known.
-    cover : float
-        Least share of the film that must be judged, 0 to 1.
-    level : {"record", "enrolled", "live"}
-        Least level that must be reached.
-    strength : int
-        An acceptance needs that at most 1 in so many forgeries that know nothing of the law would look alike.
+    camera : KnownCamera or str or Path or float, optional
+        A calibration of the film's camera, its file, or the focal length alone, px; None if nothing is known.
+    cover : float, optional
+        Least share of the film that must be judged, 0 to 1; None for a half.
+    level : {"record", "enrolled", "live"}, optional
+        Least level that must be reached; "record" also accepts a copy that was built anew.  None: record, and figures
+        of enrolment must agree where there are any.
+    strength : int, optional
+        An acceptance needs that at most 1 in so many forgeries that know nothing of the law would look alike; None
+        for 50.
     overlap : bool
         Require that the badge passes in front of the face.
     track : int, optional
@@ -119,25 +109,19 @@ def verify(
     Convention: the registry is asked by this process, and what reads the film learns nothing but the claimed badge.
     Source: `moireid.verifier.verify`.
     """
-    video = as_path(film)
-    known_camera = _camera(camera, focal_px)
+    video, known = as_path(film), _camera(camera)
     claimed = _claimed(claim, badge, registry, bundle, trust)
-    with film_reader([video], unsealed=unsealed) as reader, claimed as context:
-        found = context.found
-        wanted = Claim.of(
+    with film_reader([video], unsealed=unsealed) as reader, claimed as (found, look_up):
+        question = replace(
             found,
-            focal_px=focal_px,
-            camera=known_camera,
-            require_original=require_original,
-            cover_share=cover,
+            camera=known,
+            track=track,
             level=level,
+            cover_share=cover,
             strength=strength,
+            overlap=overlap,
         )
-        order = JudgingOrder(video, wanted, found.barred, overlap, pictures=pictures, track=track)
-        made = judged_film(order, reader, progress or _quiet)
-        document = with_carried(made.report | context.stated(), video)
-        known = context.known(document, claim)
-    return FilmCheck(document, known, made.pictures, made.signals)
+        return judge(video, question, look_up, reader, progress or _quiet, pictures=pictures)
 
 
 def _claimed(
@@ -162,8 +146,7 @@ def identify(
     registry: Place = None,
     bundle: AnyPath | None = None,
     trust: str | None = None,
-    focal_px: float | None = None,
-    camera: KnownCamera | AnyPath | None = None,
+    camera: KnownCamera | AnyPath | float | None = None,
     track: int | None = None,
     unsealed: bool = False,
     progress: Progress | None = None,
@@ -174,7 +157,7 @@ def identify(
     ----------
     film : str or Path
         The film.
-    registry, bundle, trust, focal_px, camera, track, unsealed, progress
+    registry, bundle, trust, camera, track, unsealed, progress
         As `verify`.
 
     Returns
@@ -199,18 +182,16 @@ def identify(
     video = as_path(film)
     if bundle is not None and registry is not None:
         raise SpecError("bundle replaces registry; leave one of them out")
-    known_camera, terms = _camera(camera, focal_px), AskingTerms(trust, warn_of)
+    known, terms = _camera(camera), AskingTerms(trust, warn_of)
     people = people_of_registry(registry, terms) if bundle is None else people_of_bundle(bundle, terms)
     with film_reader([video], unsealed=unsealed) as reader, people as scope:
-        order = IdentifyingOrder(video, scope.layouts, focal_px, known_camera, track)
-        document, known = scope.search(order, reader, progress or _quiet)
-    return FilmCheck(document, known, Pictures())
+        return FilmCheck(*scope.search(video, known, track, reader, progress or _quiet), Pictures())
 
 
-def _camera(camera: KnownCamera | AnyPath | None, focal_px: float | None) -> KnownCamera | None:
-    """The calibration that was given.  Raises: SpecError where the focal length is given too."""
-    if camera is not None and focal_px is not None:
-        raise SpecError("camera holds the focal length; leave focal_px out")
+def _camera(camera: KnownCamera | AnyPath | float | None) -> KnownCamera | None:
+    """What is known of a camera; a number is its focal length, px."""
+    if isinstance(camera, int | float):
+        return KnownCamera(camera)
     return camera if camera is None or isinstance(camera, KnownCamera) else load_camera(camera)
 
 

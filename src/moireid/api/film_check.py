@@ -1,19 +1,27 @@
-"""The outcome of a check: as text, as a page, as arrays and as a plot."""
+"""A film judged, and the outcome: as text, as a page, as arrays and as a plot."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from moireid.attest.film_credentials import with_carried
 from moireid.errors import SpecError
 from moireid.files import AnyPath, as_path
+from moireid.question import Question
+from moireid.reading.film_reports import judged_film
 from moireid.verifier.report.circumstances import Circumstances
 from moireid.verifier.report.headline import Headline, headline_of
 from moireid.verifier.report.report_page import LAW, Pictures, write_pages
 from moireid.verifier.report.summary import summary_html
 from moireid.verifier.signal_table import SignalTable
+
+if TYPE_CHECKING:
+    from moireid.api.asking import LookUp
+    from moireid.reading.film_orders import Progress
+    from moireid.reading.film_reader import Reader
 
 
 @dataclass(frozen=True, repr=False)
@@ -27,15 +35,12 @@ class FilmCheck:
     known : Circumstances
         How the check was made, and what the registry says.
     pictures : Pictures
-        Of the report's page; none for `identify`.
-    csv : str
-        The signals, as signals.csv; empty for `identify`.
+        Of the report's page, and the signals; none for `identify`.
     """
 
     document: dict[str, Any]
     known: Circumstances
     pictures: Pictures
-    csv: str = ""
 
     @property
     def verdict(self) -> str:
@@ -90,9 +95,9 @@ class FilmCheck:
         SpecError
             Of an `identify`, and of a `verify` without pictures, which keep no signals.
         """
-        if not self.csv:
+        if not self.pictures.signals:
             raise SpecError("this check kept no signals; call verify with pictures=True, which is its default")
-        return SignalTable.from_csv(self.csv)
+        return SignalTable.from_csv(self.pictures.signals)
 
     def plot(self, grating: int | None = None) -> Any:
         """Draw the measured phase of the fringes against the one that optics predict.
@@ -137,7 +142,7 @@ class FilmCheck:
             Where a file would be replaced; and as `signals`.
         """
         self.signals()
-        return write_pages(self.document, self.pictures, self.csv, self.known, as_path(folder), overwrite=overwrite)
+        return write_pages(self.document, self.pictures, self.known, as_path(folder), overwrite=overwrite)
 
     def __repr__(self) -> str:
         return f"FilmCheck({self.verdict}: {self.headline.title})"
@@ -145,3 +150,15 @@ class FilmCheck:
     def _repr_html_(self) -> str:
         """For notebooks: headline, advice and the plot of the law."""
         return summary_html(self.headline, self.pictures.files.get(LAW))
+
+
+def judge(
+    film: Path, question: Question, look_up: LookUp, reader: Reader, progress: Progress, *, pictures: bool
+) -> FilmCheck:
+    """Judge a film by a reader, and look its report up where the claim was.
+
+    Raises: MoireIdError as `judged_film`.
+    """
+    made = judged_film(film, question, reader, progress, pictures=pictures)
+    document = made.result if question.published else with_carried(made.result, film)
+    return FilmCheck(document, look_up(document), made.pictures)

@@ -23,10 +23,10 @@ from moireid.files import write_text
 from moireid.issuing import IssueOrder, Wear, plan_badge
 from moireid.models import parse_json
 from moireid.profiles import load_lens_profile, load_printer_profile
+from moireid.question import Question
 from moireid.verifier.camera.known_camera import load_camera
 from moireid.verifier.report.plots import law_plot
 from moireid.verifier.session.capture import built_in, check_gains, why_refused
-from moireid.verifier.session.claim import Claim
 from moireid.verifier.session.film import verify
 from moireid.verifier.video import Progress
 
@@ -79,7 +79,7 @@ def read_films(folder: BuildFolder, progress: Progress | None) -> Reading:
         raise MediaError(f"{paths[0]} and {paths[1]} are the same film; film the badge a second time")
     films, records, pictures = [], [], dict[str, str]()
     for number, path in enumerate(paths, 1):
-        report = verify(path, Claim(badge, badge.id, camera=camera, enrolling=True), progress=progress)
+        report = verify(path, Question(badge, badge.id, camera=camera, enrolling=True), progress=progress)
         found = FilmResult(path.name, report, built_in(report))
         films.append(found)
         crops = field_crops(report)

@@ -44,7 +44,7 @@ class StepOrder:
     folder: Path
     state: bytes
 
-    def read(self, send: Send, ask: Ask, progress: Progress) -> None:
+    def __call__(self, send: Send, ask: Ask, progress: Progress) -> None:
         """Do it, and send what it read."""
         folder = BuildFolder(self.folder, msgspec.json.decode(self.state, type=BuildState))
         (step,) = (one for one in STEPS if one.name == self.step)

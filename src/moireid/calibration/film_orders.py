@@ -33,7 +33,7 @@ class SheetOrder:
     focal_px: float | None = None
     measured_scale: float | None = None
 
-    def read(self, send: Send, ask: Ask, progress: Progress) -> None:
+    def __call__(self, send: Send, ask: Ask, progress: Progress) -> None:
         """Send what it shows."""
         found = read_sheet(self.film, self.chart, self.distance_m, self.focal_px, self.measured_scale, progress)
         # Figures may be numpy's.
@@ -46,7 +46,7 @@ class CameraOrder:
 
     film: Path
 
-    def read(self, send: Send, ask: Ask, progress: Progress) -> None:
+    def __call__(self, send: Send, ask: Ask, progress: Progress) -> None:
         """Send the camera."""
         send({"result": msgspec.to_builtins(camera_from_film(self.film, progress=progress))})
 

@@ -16,6 +16,7 @@ from moireid.calibration.thickness import Thickness, thickness_from_film, with_t
 from moireid.errors import MediaError
 from moireid.files import AnyPath, as_path
 from moireid.profiles import LensProfile, PrinterProfile, find_printer
+from moireid.question import KnownCamera
 from moireid.verifier.measuring import FOCAL_PRIOR_RATIO
 from moireid.verifier.video import Progress
 
@@ -96,7 +97,8 @@ def read_sheet(
     # A photograph is one picture.
     if len(pictures) == 1:
         return SheetReading(profile, ink, None, source)
-    thickness = thickness_from_film(path, chart, focal_px=focal_px, progress=progress)
+    camera = None if focal_px is None else KnownCamera(focal_px)
+    thickness = thickness_from_film(path, chart, camera=camera, progress=progress)
     return SheetReading(with_thickness(profile, thickness), ink, thickness, source)
 
 

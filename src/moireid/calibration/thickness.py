@@ -16,8 +16,8 @@ from moireid.badge import Badge
 from moireid.errors import SpecError
 from moireid.files import AnyPath
 from moireid.profiles import LensProfile
+from moireid.question import KnownCamera, Question
 from moireid.sheets import effective_gap_mm, sheet_lens
-from moireid.verifier.session.claim import Claim
 from moireid.verifier.session.film import verify
 from moireid.verifier.video import Progress
 
@@ -35,7 +35,7 @@ class Thickness:
 
 
 def thickness_from_film(
-    film: AnyPath, chart: Badge, *, focal_px: float | None = None, progress: Progress | None = None
+    film: AnyPath, chart: Badge, *, camera: KnownCamera | None = None, progress: Progress | None = None
 ) -> Thickness:
     """The thickness of the sheet on a chart.
 
@@ -43,7 +43,7 @@ def thickness_from_film(
     Raises: MediaError where the file is no film.
     Source: module docstring; `verifier.decision.sheet_gain`.
     """
-    report = verify(film, Claim(chart, focal_px=focal_px, enrolling=True), progress=progress)
+    report = verify(film, Question(chart, camera=camera, enrolling=True), progress=progress)
     found = report.invariant
     if found.verdict != "accept" or found.gain_ratio is None or found.gain_sd is None:
         why = next((reason.text for reason in found.reasons if reason.level in ("fail", "undecided")), "")

@@ -10,7 +10,7 @@ import signal
 import sys
 import threading
 import unicodedata
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
@@ -22,7 +22,6 @@ from moireid.names import JOINERS
 
 if TYPE_CHECKING:
     from moireid.provenance import Standing
-    from moireid.verifier.camera.known_camera import KnownCamera
 
 
 class FiniteRange(click.FloatRange):
@@ -49,6 +48,24 @@ class FolderPath(click.Path):
         if "://" in str(value):
             self.fail(f"{value!r} is an address, and outputs go into a folder of this machine", param, ctx)
         return super().convert(value, param, ctx)
+
+
+class GroupedCommand(click.Command):
+    """A command whose help shows its options under headings; groups: their names, without dashes, by heading."""
+
+    def __init__(self, *args: Any, groups: Mapping[str, str], **given: Any) -> None:
+        super().__init__(*args, **given)
+        self._heading = {f"--{name}": heading for heading, names in groups.items() for name in names.split()}
+
+    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write each group of options under its heading, in the order of the groups."""
+        groups: dict[str, list[tuple[str, str]]] = {heading: [] for heading in self._heading.values()}
+        for param in self.get_params(ctx):
+            if isinstance(param, click.Option) and (record := param.get_help_record(ctx)) is not None:
+                groups.setdefault(self._heading.get(param.opts[-1], "Options"), []).append(record)
+        for heading, rows in groups.items():
+            with formatter.section(heading):
+                formatter.write_dl(rows)
 
 
 ACCEPT, REJECT, BAD_INPUT, INCONCLUSIVE = 0, 1, 2, 3
@@ -374,6 +391,12 @@ track_option = click.option(
     metavar="N",
     help="The video track to judge, by its number in the file; a film of several tracks is inconclusive without it.",
 )
+focal_option = click.option(
+    "--focal-px",
+    type=FiniteRange(50, 100000),
+    metavar="PX",
+    help="The camera's focal length in pixels, if known; else it is estimated from the film.",
+)
 camera_option = click.option(
     "--camera",
     "camera_file",
@@ -384,12 +407,20 @@ camera_option = click.option(
 )
 
 
-def camera_held(camera_file: Path | None, focal_px: float | None) -> KnownCamera | None:
-    """The calibration that was given; None without one.  Raises: SpecError where the focal length is given too."""
-    from moireid.verifier.camera.known_camera import load_camera
+def camera_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Give a command the options of the film's camera, and hand it what they say as `camera`, None for nothing."""
 
-    if camera_file is None:
-        return None
-    if focal_px is not None:
-        raise SpecError("--camera holds the focal length; leave --focal-px out")
-    return load_camera(camera_file)
+    @functools.wraps(command)
+    def wrapped(*args: Any, focal_px: float | None, camera_file: Path | None, **given: Any) -> Any:
+        from moireid.question import KnownCamera
+
+        camera = None if focal_px is None else KnownCamera(focal_px)
+        if camera_file is not None:
+            from moireid.verifier.camera.known_camera import load_camera
+
+            if camera is not None:
+                raise SpecError("--camera holds the focal length; leave --focal-px out")
+            camera = load_camera(camera_file)
+        return command(*args, camera=camera, **given)
+
+    return focal_option(camera_option(wrapped))

@@ -11,8 +11,7 @@ import click
 from moireid.cli.common import (
     FiniteRange,
     actor_option,
-    camera_held,
-    camera_option,
+    camera_options,
     echo,
     expires_option,
     friendly,
@@ -29,6 +28,7 @@ from moireid.errors import SpecError
 if TYPE_CHECKING:
     from moireid.asbuilt import AsBuilt
     from moireid.badge import Badge
+    from moireid.question import KnownCamera
     from moireid.registry import Record, Registry
     from moireid.verifier.session.known_figures import CaptureComparison
 
@@ -44,6 +44,7 @@ reason_option = click.option("--reason", metavar="TEXT", help="Why, with --repla
 
 @click.command("enroll")
 @click.argument("badge_json", type=click.Path(path_type=Path))
+@friendly
 @registry_option
 @click.option(
     "--capture",
@@ -58,10 +59,7 @@ reason_option = click.option("--reason", metavar="TEXT", help="Why, with --repla
     metavar="X",
     help="Length of the printed scale bar by a ruler, in mm, divided by 150; 0.9 to 1.1.",
 )
-@click.option(
-    "--focal-px", type=FiniteRange(50, 100000), metavar="PX", help="The camera's focal length in pixels, if known."
-)
-@camera_option
+@camera_options
 @track_option
 @unsealed_option
 @replace_option
@@ -69,14 +67,12 @@ reason_option = click.option("--reason", metavar="TEXT", help="Why, with --repla
 @expires_option
 @actor_option
 @json_option
-@friendly
 def enroll_command(
     badge_json: Path,
     registry_url: str | None,
     captures: tuple[Path, ...],
     measured_scale: float | None,
-    focal_px: float | None,
-    camera_file: Path | None,
+    camera: KnownCamera | None,
     track: int | None,
     unsealed: bool,
     replace: bool,
@@ -116,7 +112,7 @@ def enroll_command(
         raise SpecError("--measured-scale is kept with the as-built figures; give a --capture too")
     as_built = None
     if captures:
-        as_built = _measured(badge, captures, focal_px, camera_file, measured_scale, track, unsealed=unsealed)
+        as_built = _measured(badge, captures, camera, measured_scale, track, unsealed=unsealed)
     with open_registry(registry_url, create=True, actor=actor) as registry:
         registry.check_head()
         compared = None if as_built is None else show_compared(registry, badge, as_built, reason)
@@ -140,19 +136,21 @@ def enroll_command(
 def _measured(
     badge: Badge,
     captures: tuple[Path, ...],
-    focal_px: float | None,
-    camera_file: Path | None,
+    camera: KnownCamera | None,
     measured_scale: float | None,
     track: int | None,
     *,
     unsealed: bool,
 ) -> AsBuilt:
     """The as-built figures that the captures show."""
-    from moireid.reading.film_orders import CaptureOrder
+    from functools import partial
+
+    from moireid.reading.film_orders import measure_captures
     from moireid.verifier.session.known_figures import checked_figures
 
-    camera = camera_held(camera_file, focal_px)
-    order = CaptureOrder(captures, badge, focal_px, camera, measured_scale, track)
+    order = partial(
+        measure_captures, films=captures, badge=badge, camera=camera, measured_scale=measured_scale, track=track
+    )
     with sealed_reader(captures, unsealed=unsealed) as reader, progress_bar("reading the captures") as progress:
         return checked_figures(reader.read(order, progress).get("result"), badge)
 

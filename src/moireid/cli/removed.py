@@ -10,6 +10,8 @@ from moireid.cli.common import BAD_INPUT
 
 _COSIGN = "have a C2SP witness cosign the checkpoint file, and add its line to the file"
 _READERS = "readers give it, to `registry audit`, `verify`, `identify` and `attest check`, which check the signatures"
+_QUORUM = "give --witness-key for those witnesses alone whose signatures you ask for"
+_DAYS = "signatures of witnesses count for 7 days"
 
 #: By the words as one types them after `moireid`, a command, its option and its value: what to use instead.
 REMOVED = {
@@ -43,6 +45,21 @@ REMOVED = {
     "materials --price": "fill in the prices in shopping-list.csv",
     "materials --trim": "3 mm are cut off at each edge; give a smaller --sheet-size to cut off more",
     "materials --cut-width": "cut the sheets with a knife or a paper cutter, which takes nothing away",
+    "verify --live-check": "keep the receipt next to the report: it names the film by its SHA-256",
+    "verify --require-original": "give --level enrolled",
+    "verify --no-require-original": "give --level record, which also accepts a copy that was built anew",
+    "watch --require-original": "give --level enrolled",
+    "watch --no-require-original": "give --level record, which also accepts a copy that was built anew",
+    "verify --witnesses": _QUORUM,
+    "verify --witness-days": _DAYS,
+    "identify --witnesses": _QUORUM,
+    "identify --witness-days": _DAYS,
+    "attest check --witnesses": _QUORUM,
+    "attest check --witness-days": _DAYS,
+    "registry audit --witnesses": _QUORUM,
+    "registry audit --witness-days": _DAYS,
+    "serve --witnesses": _QUORUM,
+    "serve --witness-days": _DAYS,
     "watch --token-file": "addresses are not opened here; let FFmpeg write into a pipe, and watch -",
     "registry checkpoint --witness": _COSIGN,
     "registry checkpoint --witness-key": _READERS,

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from moireid.cli.common import FiniteRange
 from moireid.errors import SpecError
 
 if TYPE_CHECKING:
@@ -19,40 +18,14 @@ if TYPE_CHECKING:
     from moireid.registry.checkpoints.checkpoint import Checkpoint
     from moireid.registry.checkpoints.cosignature import Quorum
 
-QUORUM_OPTIONS = (
-    click.option(
-        "--witness-key",
-        "witness_keys",
-        metavar="KEY|FILE",
-        multiple=True,
-        help="The public key of a witness that you trust, NAME+ID+KEY, or a file of such lines. Then "
-        "witnesses must have signed the checkpoint. May be given several times.",
-    ),
-    click.option(
-        "--witnesses",
-        "witnesses_needed",
-        type=click.IntRange(1),
-        metavar="K",
-        help="So many of these witnesses must have signed, more than half of them.  [default: all]",
-    ),
-    click.option(
-        "--witness-days",
-        type=FiniteRange(0.001, 4000),
-        default=7.0,
-        show_default=True,
-        metavar="NUMBER",
-        help="So old a signature of a witness may be: so long a revocation could be kept from you.",
-    ),
+quorum_option = click.option(
+    "--witness-key",
+    "witness_keys",
+    metavar="KEY|FILE",
+    multiple=True,
+    help="The public key of a witness that you trust, NAME+ID+KEY, or a file of such lines. Then all of them must have "
+    "signed the checkpoint, in the last 7 days. May be given several times.",
 )
-
-
-def quorum_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Give a command the options by which witnesses are named."""
-    for option in reversed(QUORUM_OPTIONS):
-        command = option(command)
-    return command
-
-
 checkpoint_option = click.option(
     "--checkpoint",
     metavar="FILE|URL",
@@ -60,20 +33,13 @@ checkpoint_option = click.option(
 )
 
 
-def quorum_of(
-    witness_keys: tuple[str, ...], witnesses_needed: int | None, witness_days: float, needs: str
-) -> Quorum | None:
-    """The witnesses that must have signed; None if none is named.
-
-    Raises: SpecError if that is not possible; needs: says for what the keys are missing.
-    """
+def quorum_of(witness_keys: tuple[str, ...]) -> Quorum | None:
+    """The witnesses that must have signed; None if none is named.  Raises: SpecError for a key that is none."""
     if not witness_keys:
-        if witnesses_needed is not None or needs:
-            raise SpecError(f"{needs or '--witnesses'} needs the keys of the witnesses; add --witness-key")
         return None
     from moireid.registry.checkpoints.cosignature import Quorum
 
-    return Quorum.of(witness_keys, witnesses_needed, witness_days)
+    return Quorum.of(witness_keys)
 
 
 @dataclass(frozen=True)
@@ -120,12 +86,11 @@ def witness_check(command: Callable[..., Any]) -> Callable[..., Any]:
         *args: Any,
         checkpoint: str | None,
         witness_keys: tuple[str, ...],
-        witnesses_needed: int | None,
-        witness_days: float,
         **given: Any,
     ) -> Any:
-        quorum = quorum_of(witness_keys, witnesses_needed, witness_days, "--checkpoint" if checkpoint else "")
-        if quorum is None:
+        if (quorum := quorum_of(witness_keys)) is None:
+            if checkpoint is not None:
+                raise SpecError("--checkpoint needs the keys of the witnesses; add --witness-key")
             return command(*args, witness_check=None, **given)
         bundled = given.get("bundle_path") is not None
         if checkpoint is None and not bundled:
@@ -134,4 +99,4 @@ def witness_check(command: Callable[..., Any]) -> Callable[..., Any]:
             raise SpecError("a bundle holds its own checkpoint; leave one of --bundle and --checkpoint out")
         return command(*args, witness_check=WitnessCheck(checkpoint, quorum), **given)
 
-    return checkpoint_option(quorum_options(wrapped))
+    return checkpoint_option(quorum_option(wrapped))

@@ -14,16 +14,17 @@ from msgspec import Meta
 
 from moireid.errors import MediaError
 from moireid.json_schema import schema_fault
-from moireid.verifier.report.report_page import NAME
+from moireid.provenance import Exclusion
+from moireid.verifier.report.report_page import Pictures
+from moireid.verifier.session.identify import EnrolledPeople
 from moireid.verifier.session.result import report_schema
 
 Model = TypeVar("Model")
 #: Frames read, and the number expected.
-Count = Annotated[int, Meta(ge=0, le=1 << 53)]
+Count = Annotated[int, Meta(ge=0, le=1_000_000_000)]
 #: The identity, or a part of it, that a film seems to show.
 Hex = Annotated[str, Meta(pattern=r"^[0-9a-f]{1,32}\Z")]
 Part = Annotated[str, Meta(pattern=r"^[0-9a-f]{4}\Z")]
-PictureName = Annotated[str, Meta(pattern=rf"^(?:{NAME.pattern})\Z")]
 #: What identification adds to a report, or answers without one; `reasons` as in a report.
 IDENTIFIED = {
     "type": "object",
@@ -36,20 +37,10 @@ IDENTIFIED = {
 
 
 class FilmAnswer(msgspec.Struct, forbid_unknown_fields=True):
-    """The parts of an answer: what was found; and for a page its pictures by name, the titles of its plots in their
-    order, the time of the frame that is shown, s, and the signals as CSV.
-    """
+    """What was found, as JSON; and the pictures of its page, where they were asked for."""
 
     result: dict[str, Any]
-    files: dict[PictureName, bytes] = {}
-    plots: Annotated[list[str], Meta(max_length=100)] = []
-    frame_s: float | None = None
-    signals: str = ""
-
-    def __post_init__(self) -> None:
-        """Raises: ValueError where a plot has no picture."""
-        if any(f"plot{number}.svg" not in self.files for number in range(len(self.plots))):
-            raise ValueError("a plot has no picture")
+    pictures: Pictures = Pictures()
 
 
 class RegistryQuestion(msgspec.Struct, forbid_unknown_fields=True):
@@ -59,9 +50,19 @@ class RegistryQuestion(msgspec.Struct, forbid_unknown_fields=True):
     alike: dict[Annotated[int, Meta(ge=0, le=3)], Part] | None = None
 
 
-def malformed(film: object, what: str) -> MediaError:
+def answer_to(question: object, enrolled: EnrolledPeople, film: object) -> Any:
+    """The answer to a question of the process that reads a film.  Raises: MediaError if it is none."""
+    asked = checked(question, RegistryQuestion, film)
+    return enrolled.holds(asked.holds) if asked.holds is not None else list(enrolled.alike(asked.alike or {}))
+
+
+class MalformedAnswer(MediaError):
+    """A process answered what no honest one answers."""
+
+
+def malformed(film: object, what: str) -> MalformedAnswer:
     """The error of an answer that no honest process gives."""
-    return MediaError(
+    return MalformedAnswer(
         f"the process that read {film} answers what no film shows ({what}); it may be in a stranger's hands, so do not "
         "trust this film"
     )
@@ -75,13 +76,22 @@ def checked(value: object, model: type[Model], film: object) -> Model:
         raise malformed(film, str(error)[:200]) from error
 
 
-def checked_report(report: dict[str, Any], film: object) -> None:
-    """Raise MediaError where a report breaks a rule of its schema."""
+def checked_report(report: dict[str, Any], film: object, barred: Exclusion | None) -> None:
+    """Raise MediaError where a report breaks a rule of its schema, calls a film a live check, or accepts a badge that
+    does not count.
+    """
+    # Who has receipts of live checks adds them afterwards; they are no finding of the film.
+    report.pop("live_checks", None)
     _check(report, "report", film)
+    if report["level"] == "live":
+        raise malformed(film, "a live check")
+    if barred is not None and report["verdict"] == "accept":
+        raise malformed(film, "a badge that no longer counts")
 
 
 def checked_identification(found: dict[str, Any], film: object) -> None:
     """Raise MediaError where what `identify` found breaks a rule of its schema, or of a report's if it has one."""
+    found.pop("live_checks", None)
     _check(found, "identified", film)
     # Without a report there are reasons alone.
     _check(found, "identification" if "verdict" in found else "reasons", film)

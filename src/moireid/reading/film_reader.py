@@ -22,7 +22,7 @@ from typing import Any, Protocol
 from moireid import errors
 from moireid.errors import MediaError, MoireIdError
 from moireid.reading.answers import Count, checked, malformed
-from moireid.reading.film_orders import FilmOrder
+from moireid.reading.film_orders import Order
 from moireid.sandbox.early_copy import EarlyCopy
 from moireid.sandbox.file_access import Reach, reach
 from moireid.sandbox.process import Child, ForkServer, ProcessEnd, start
@@ -40,14 +40,8 @@ PROCESSOR_BYTES = 16 << 20
 ANSWER_BYTES = 8 << 20
 #: Largest file that a process with a folder may write there: a capture record.
 WRITTEN_BYTES = 64 << 20
-#: What a process may answer, and as which JSON: other values would take up to thirty times their size in memory.
-ANSWERS: dict[str, type | tuple[type, ...]] = {
-    "result": dict,
-    "files": dict,
-    "plots": list,
-    "frame_s": (float, int, type(None)),
-    "signals": str,
-}
+#: What a process may answer, each a JSON object: other values would take up to thirty times their size in memory.
+ANSWERS = {"result", "pictures"}
 #: Time for a film of no size, and for each megabyte of it, s; a film of 100 kbit/s takes 10 s a megabyte.
 LEAST_S, MEGABYTE_S = 60.0, 60.0
 #: Longest time without a message, s; reading a chapter's end takes seconds.
@@ -80,7 +74,7 @@ class Reader(Protocol):
         """The parts of the seal that hold, as in `sandbox.seal.MEANS`."""
 
     def read(
-        self, order: FilmOrder, progress: Callable[[int, int | None], None], answer: Answer | None = None
+        self, order: Order, progress: Callable[[int, int | None], None], answer: Answer | None = None
     ) -> dict[str, Any]:
         """What an order finds; answer: to the questions of the process.  Raises: MoireIdError."""
 
@@ -91,11 +85,11 @@ class OwnReader:
     sealed: tuple[str, ...] = ()
 
     def read(
-        self, order: FilmOrder, progress: Callable[[int, int | None], None], answer: Answer | None = None
+        self, order: Order, progress: Callable[[int, int | None], None], answer: Answer | None = None
     ) -> dict[str, Any]:
         """What an order finds."""
         found: dict[str, Any] = {}
-        order.read(found.update, answer or (lambda question: None), progress)
+        order(found.update, answer or (lambda question: None), progress)
         return found
 
 
@@ -111,7 +105,7 @@ class SealedReader:
         return self._child.sealed or ()
 
     def read(
-        self, order: FilmOrder, progress: Callable[[int, int | None], None], answer: Answer | None = None
+        self, order: Order, progress: Callable[[int, int | None], None], answer: Answer | None = None
     ) -> dict[str, Any]:
         """What an order finds."""
         found: dict[str, Any] = {}
@@ -123,8 +117,8 @@ class SealedReader:
             if "ask" in message and answer is not None:
                 return answer(message["ask"])
             for key in message.keys() & ANSWERS:
-                if not isinstance(message[key], ANSWERS[key]):
-                    raise malformed(", ".join(map(str, self._films)), f"no {key}")
+                if not isinstance(message[key], dict):
+                    raise malformed(film, f"no {key}")
                 # What was answered counts once, so that no process fills this one's memory.
                 found.setdefault(key, message[key])
             return None

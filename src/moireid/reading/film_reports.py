@@ -6,71 +6,69 @@ Convention: this process states what a film cannot show: its path and digest, th
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
+from moireid.badge import Badge
 from moireid.errors import MediaError
-from moireid.reading.answers import FilmAnswer, checked, checked_identification, checked_report
-from moireid.reading.film_orders import FilmOrder, IdentifyingOrder, JudgingOrder
-from moireid.reading.film_reader import Answer, Reader
+from moireid.question import KnownCamera, Question
+from moireid.reading.answers import FilmAnswer, answer_to, checked, checked_identification, checked_report, malformed
+from moireid.reading.film_orders import Progress, identify_film, judge_film, published_method
+from moireid.reading.film_reader import Reader
 from moireid.verifier.opened_file import OpenedFile
-from moireid.verifier.report.report_page import Pictures
+from moireid.verifier.session.identify import EnrolledPeople
 from moireid.version import __version__
 
-Progress = Callable[[int, int | None], None]
 
-
-@dataclass(frozen=True)
-class JudgedReport:
-    """A report as JSON; with the pictures and the signals of its page where they were asked for."""
-
-    report: dict[str, Any]
-    pictures: Pictures
-    signals: str
-
-
-def judged_film(order: JudgingOrder, reader: Reader, progress: Progress) -> JudgedReport:
-    """The report of a film, with the parts of the seal under which it was read.
+def judged_film(
+    film: Path, question: Question, reader: Reader, progress: Progress, *, pictures: bool = False
+) -> FilmAnswer:
+    """The report of a film, with the parts of the seal under which it was read, and what was claimed.
 
     Raises: MoireIdError as `verifier.verify` does; MediaError where the reader fails, or answers what no film shows, or
         the film changed meanwhile.
     """
-    digest = _digest(order.video)
-    found = _read(order, order.video, reader, progress)
+    if question.published:
+        # Where the lab is missing, this is said before the film is read.
+        published_method()
+    digest = _digest(film)
+    order = partial(judge_film, film=film, question=question, pictures=pictures)
+    found = checked(reader.read(order, progress), FilmAnswer, film)
     report = found.result
-    # These are no finding of the film; who has receipts of live checks adds them afterwards.
-    report.pop("live_checks", None)
     report |= {"sealed": list(reader.sealed), "moireid": __version__}
-    checked_report(report, order.video)
-    _state_input(report, order.video, digest)
-    if report.get("level") == "live":
-        raise MediaError(f"the process that read {order.video} calls a film a live check; judge it by another moireid")
-    if order.barred is not None and report["verdict"] == "accept":
-        raise MediaError(f"the process that read {order.video} accepts a badge that no longer counts; do not trust it")
-    pictures = Pictures(found.files, tuple(found.plots), found.frame_s)
-    return JudgedReport(report, pictures, found.signals)
-
-
-def identified_film(order: IdentifyingOrder, reader: Reader, progress: Progress, answer: Answer) -> dict[str, Any]:
-    """Whose badge a film shows, as JSON, with the parts of the seal under which it was read.
-
-    Parameters: answer: to the questions of the reader.
-    Raises: MoireIdError as `verifier.identify` does; MediaError as `judged_film`.
-    """
-    digest = _digest(order.video)
-    found = _read(order, order.video, reader, progress, answer).result
-    found.pop("live_checks", None)
-    found |= {"sealed": list(reader.sealed)}
-    checked_identification(found, order.video)
-    if "input" in found:
-        _state_input(found, order.video, digest)
+    checked_report(report, film, question.barred)
+    _state_input(report, film, digest)
+    if pictures and not found.pictures.signals:
+        raise malformed(film, "no pictures")
+    report |= question.stated()
     return found
 
 
-def _read(order: FilmOrder, film: Path, reader: Reader, progress: Progress, answer: Answer | None = None) -> FilmAnswer:
-    return checked(reader.read(order, progress, answer), FilmAnswer, film)
+def identified_film(
+    film: Path,
+    layouts: Sequence[Badge],
+    camera: KnownCamera | None,
+    track: int | None,
+    reader: Reader,
+    progress: Progress,
+    enrolled: EnrolledPeople,
+) -> dict[str, Any]:
+    """Whose badge a film shows, as JSON, with the parts of the seal under which it was read.
+
+    Parameters: enrolled: whom the reader may ask about.
+    Raises: MoireIdError as `verifier.identify` does; MediaError as `judged_film`.
+    """
+    digest = _digest(film)
+    order = partial(identify_film, film=film, layouts=layouts, camera=camera, track=track)
+    answer = partial(answer_to, enrolled=enrolled, film=film)
+    found = checked(reader.read(order, progress, answer), FilmAnswer, film).result
+    found |= {"sealed": list(reader.sealed)}
+    checked_identification(found, film)
+    if "input" in found:
+        _state_input(found, film, digest)
+    return found
 
 
 def _digest(film: Path) -> str:

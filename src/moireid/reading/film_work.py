@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 import moireid.verifier.session.film  # noqa: F401
 
 if TYPE_CHECKING:
-    from moireid.reading.film_orders import FilmOrder
+    from moireid.reading.film_orders import Order
     from moireid.sandbox.child import Talk
 
 
 def read(talk: Talk) -> None:
     """Read what the order asks for."""
-    order: FilmOrder | None = talk.next()
+    order: Order | None = talk.next()
     if order is not None:
-        order.read(talk.send, talk.ask, talk.progress)
+        order(talk.send, talk.ask, talk.progress)

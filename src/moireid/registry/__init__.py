@@ -33,7 +33,7 @@ checkpoints/    signed checkpoints that others keep, proofs, and whether a recor
 bundle/         what a verifier needs, in one signed file
 """
 
-from moireid.provenance import BadgeHolder, ClaimedBadge
+from moireid.provenance import BadgeHolder
 from moireid.registry.audit_findings import Audit, Finding
 from moireid.registry.batch import Batch
 from moireid.registry.claimed import People, claimed, claimed_by_file, holder_of
@@ -47,7 +47,6 @@ __all__ = [
     "Audit",
     "BadgeHolder",
     "Batch",
-    "ClaimedBadge",
     "Finding",
     "Import",
     "LookAlikeWarning",

@@ -12,7 +12,8 @@ from dataclasses import dataclass
 from moireid.asbuilt import as_built_from_json, dated_figures
 from moireid.badge import Badge
 from moireid.errors import RegistryError
-from moireid.provenance import BadgeHolder, ClaimedBadge, Exclusion, Provenance
+from moireid.provenance import FROM_FILE, BadgeHolder, Exclusion, Provenance
+from moireid.question import Question
 from moireid.registry.claims import chosen_line
 from moireid.registry.record import Record
 from moireid.registry.store import Registry
@@ -23,7 +24,7 @@ MOST_ALIKE = 3
 ERASED, SOMEBODY = "its holder was erased from the registry on their wish", "somebody who was erased"
 
 
-def claimed(registry: Registry, claim: str) -> ClaimedBadge:
+def claimed(registry: Registry, claim: str) -> Question:
     """Look up the badge that a claim means.
 
     Parameters
@@ -35,7 +36,7 @@ def claimed(registry: Registry, claim: str) -> ClaimedBadge:
 
     Returns
     -------
-    ClaimedBadge
+    Question
         The badge, its measured figures, and why it does not count, if it does not.
 
     Raises
@@ -57,7 +58,7 @@ def claimed(registry: Registry, claim: str) -> ClaimedBadge:
     return _of_record(record, Provenance("registry", alike=_alike(registry, record.name), line=line, others=others))
 
 
-def claimed_by_file(registry: Registry, badge: Badge) -> ClaimedBadge:
+def claimed_by_file(registry: Registry, badge: Badge) -> Question:
     """The badge of a file; if its id is enrolled, the registry's badge instead, so that the registry's name counts.
 
     Parameters
@@ -69,7 +70,7 @@ def claimed_by_file(registry: Registry, badge: Badge) -> ClaimedBadge:
 
     Returns
     -------
-    ClaimedBadge
+    Question
         Its provenance says which of the two it is, and keeps a name in the file that differs from the registry's.
 
     Raises
@@ -80,17 +81,25 @@ def claimed_by_file(registry: Registry, badge: Badge) -> ClaimedBadge:
     record = registry.by_id(badge.id) if badge.id else None
     if record is None:
         gone = registry.erased_at(badge.id) if badge.id else None
-        return ClaimedBadge(badge) if gone is None else ClaimedBadge(badge, barred=Exclusion("revoked", gone, ERASED))
+        barred = None if gone is None else Exclusion("revoked", gone, ERASED)
+        return Question(badge, badge.id, barred=barred, provenance=FROM_FILE)
     registry.check_newest(record)
     name = unicodedata.normalize("NFC", badge.name).strip()
     other = badge.name if name != record.name.strip() else None
     return _of_record(record, Provenance("registry", other, _alike(registry, record.name)))
 
 
-def _of_record(record: Record, provenance: Provenance) -> ClaimedBadge:
+def _of_record(record: Record, provenance: Provenance) -> Question:
     as_built = as_built_from_json(record.as_built) if record.as_built else None
-    earlier = dated_figures(record.earlier_figures)
-    return ClaimedBadge(record.badge, as_built, record.barred(), provenance, None, record.as_built_at, earlier)
+    return Question(
+        record.badge,
+        record.badge.id,
+        as_built=as_built,
+        as_built_at=record.as_built_at,
+        earlier=dated_figures(record.earlier_figures),
+        barred=record.barred(),
+        provenance=provenance,
+    )
 
 
 def holder_of(registry: Registry, badge_id: object) -> BadgeHolder | None:

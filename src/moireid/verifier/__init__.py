@@ -25,10 +25,10 @@ signal_table.py  the signals of a film as named columns
 series.py     medians, means, greatest values and splines over frames
 """
 
+from moireid.question import KnownCamera, Question
 from moireid.verifier.picture import Frame
 from moireid.verifier.report.circumstances import Circumstances
 from moireid.verifier.report.report_page import write_report
-from moireid.verifier.session.claim import Claim
 from moireid.verifier.session.film import verify
 from moireid.verifier.session.identify import Identification, identify
 from moireid.verifier.session.result import Report
@@ -37,10 +37,11 @@ from moireid.verifier.video import Film
 
 __all__ = [
     "Circumstances",
-    "Claim",
     "Film",
     "Frame",
     "Identification",
+    "KnownCamera",
+    "Question",
     "Report",
     "Running",
     "Verifier",

@@ -15,9 +15,9 @@ from fastapi import Request
 from fastapi.concurrency import run_in_threadpool
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from moireid.question import CheckLevel
 from moireid.verifier.limits import MIN_COVER_SHARE
 from moireid.verifier.report.circumstances import ClaimNote as Named
-from moireid.verifier.session.check_level import LEVELS, CheckLevel
 from moireid_studio.auth.guard import Visitor
 from moireid_studio.jobs.claims import claim_of
 from moireid_studio.problems import Refusal
@@ -35,29 +35,27 @@ class FilmFields(BaseModel):
     badge: str | None = Field(None, description="a badge.json in place of a claim")
     # The same range as for the command.
     focal_px: float | None = Field(None, ge=50, le=100_000, description="px; solved over the film if absent")
-    require_original: bool | None = Field(
-        None,
-        description="whether to reject a film whose figures differ from those of enrolment; if absent, where there are "
-        "such figures",
-    )
     cover: float = Field(
         MIN_COVER_SHARE,
         ge=0,
         le=1,
         description=f"share of the film that the verdict must be of; {MIN_COVER_SHARE:g} if absent",
     )
-    level: CheckLevel = Field(
-        "record",
-        description="what must be shown: record, the film agrees with the badge's design; enrolled, its figures are "
-        "also those of enrolment; live, a live check was passed, which a film cannot; this studio may ask for more",
+    level: CheckLevel | None = Field(
+        None,
+        description="what must be shown: record, the film agrees with the badge's design, also of a copy that was "
+        "built anew; enrolled, its figures are also those of enrolment; live, a live check was passed, which a film "
+        "cannot; if absent, record, and enrolled where the badge has figures; this studio may ask for more",
     )
     kind: Literal["verify", "identify"] = "verify"
 
 
 #: The kinds of jobs that judge a film, and the fields of each.
 KINDS = ("verify", "identify")
-VERIFY_FIELDS = ("claim", "badge", "focal_px", "require_original", "cover", "level")
+VERIFY_FIELDS = ("claim", "badge", "focal_px", "cover", "level")
 IDENTIFY_FIELDS = ("focal_px",)
+#: Levels by what they ask; without one, figures of enrolment must agree where there are any.
+STRICTEST_LAST: tuple[CheckLevel | None, ...] = ("record", None, "enrolled", "live")
 Sample = Literal["true", "forged"]
 
 
@@ -83,7 +81,7 @@ async def start_job(request: Request, visitor: Visitor, *, kind: str | None = No
         if form.video is None:
             raise Refusal(422, "fields", "The form has no film; send it as the file `video`.")
         given = _film_fields(form.fields)
-        given.level = max(given.level, studio.settings.level, key=LEVELS.index)
+        given.level = max(given.level, studio.settings.level or "record", key=STRICTEST_LAST.index)
         job.kind = kind or given.kind
         job.film_name, job.claim, job.film_sha256 = form.name, given.claim or "", form.sha256
         await run_in_threadpool(submit_claim, studio, visitor, job, form.video, given, report=report)
@@ -107,8 +105,7 @@ def submit_claim(studio: Studio, visitor: Visitor, job: Job, video: Path, given:
     Refusal
         Where the claim cannot be used.
     """
-    wish = given.model_dump(exclude={"cover", "kind"})
-    wish |= {"cover_share": given.cover, "ids": visitor.may("issuer"), "report": report}
+    wish = given.model_dump(exclude={"kind"}) | {"ids": visitor.may("issuer"), "report": report}
     _look_up(studio, job, wish)
     studio.jobs.submit(job, video, wish)
 

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from moireid.errors import SpecError
+from moireid.question import CheckLevel
 from moireid.user_settings import data_folder
-from moireid.verifier.session.check_level import CheckLevel
 
 if TYPE_CHECKING:
     from moireid.cli.witness_options import WitnessCheck
@@ -60,10 +60,10 @@ class Settings:
     keep_verdicts_days: how long it is kept which verdicts were given, 0 for not at all; state: the database of tokens,
     links and verdicts, None for files in the folder; scheduler: of Dask, whose workers judge films, None for this
     machine; worker_url: by which they reach this studio; unsealed: whether films are also read where nothing seals
-    their process; level: the least level that a film or a live check must reach to be accepted
-    (`check_level`), whatever a visitor asks for; public_url: the address by which other people reach the studio, with a
-    slash at its end, None for the one by which each visitor has reached it; witness_check: the checkpoint that audits
-    compare with, and the witnesses that must have signed it, None where none is asked.
+    their process; level: the least level that a film or a live check must reach to be accepted (`Question.level`),
+    whatever a visitor asks for; public_url: the address by which other people reach the studio, with a slash at its
+    end, None for the one by which each visitor has reached it; witness_check: the checkpoint that audits compare with,
+    and the witnesses that must have signed it, None where none is asked.
     """
 
     registry_url: str | None = None
@@ -76,7 +76,7 @@ class Settings:
     scheduler: str | None = None
     worker_url: str = ""
     unsealed: bool = False
-    level: CheckLevel = "record"
+    level: CheckLevel | None = None
     public_url: str | None = None
     witness_check: WitnessCheck | None = None
 

@@ -9,6 +9,7 @@ import time
 from collections import Counter
 from collections.abc import Mapping
 from contextlib import ExitStack
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -24,6 +25,7 @@ from moireid.registry.seen import recall, seen_path
 from moireid.registry.signing.client import signer_address
 from moireid_studio.auth.tokens import Tokens
 from moireid_studio.http.metrics import Metrics
+from moireid_studio.jobs.build_round import advance_build
 from moireid_studio.jobs.claims import PreparedJob, prepared
 from moireid_studio.jobs.cluster import Cluster
 from moireid_studio.jobs.queue import Jobs
@@ -98,8 +100,8 @@ class Studio:
         if job.kind != "build":
             return prepared(job, self.registry, self.settings.trust, lambda: self.for_children)
         build = self.builds.find(job.wish["build"], job.owner)
-        given = {"place": str(build.work), "wish": job.wish["wish"], "record": job.wish["record"]}
-        return PreparedJob(given, write=(build.work,))
+        order = partial(advance_build, place=str(build.work), wish=job.wish["wish"], record=job.wish["record"])
+        return PreparedJob(order, write=(build.work,))
 
     @property
     def for_children(self) -> dict[str, str | None]:

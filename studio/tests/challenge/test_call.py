@@ -17,8 +17,8 @@ import pytest
 from kit.payloads import payload_for_name
 from moireid.badge import Badge
 from moireid.designer import Request, design_badge
+from moireid.question import Question
 from moireid.verifier.picture import Frame
-from moireid.verifier.session.claim import Claim
 from moireid_lab.bench.live import FACE_MM, Caller, PausingPlayer, answer, coded, course_of, frames, portrait
 from moireid_studio.challenge.challenge import (
     FACE,
@@ -142,7 +142,7 @@ def called(
     now_s, chance = 0.0, random.Random(1)
     prompts = [Prompt(move, 1.7 * k) for k, move in enumerate(asked)]
     check = LiveCheck(
-        Claim(badge, badge.id),
+        Question(badge, badge.id),
         draw=lambda at_s: [Prompt(one.move, at_s + one.at_s) for one in prompts],
         pace=CALL,
         now=lambda: now_s,

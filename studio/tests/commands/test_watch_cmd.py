@@ -42,7 +42,7 @@ PROGRAM = [str(Path(sys.executable).parent / "moireid"), "watch"]
         (["0", *BADGE, "--challenge", "--enroll", "--replace"], "--reason"),
         (["0", *BADGE, "--challenge", "--enroll"], "a registry that holds the badge"),
         (["0", *BADGE, "--challenge", "--enroll", "--level", "enrolled"], "another check"),
-        (["0", *BADGE, "--challenge", "--enroll", "--require-original"], "another check"),
+        (["0", *BADGE, "--challenge", "--enroll", "--level", "enrolled"], "another check"),
         (["0", *BADGE, "--challenge", "--enroll", "--receipt", "receipt.json"], "another check"),
         (["0", *BADGE, "--receipt", "receipt.json"], "--challenge"),
         (["0", "--badge", "here.ts", "--challenge", "--receipt", "here.ts", "--overwrite"], "read here"),

@@ -16,11 +16,11 @@ import pytest
 from kit.webbing import jobs_of
 from moireid.asbuilt import MODEL, AsBuilt
 from moireid.badge import Badge, load_badge
+from moireid.reading.answers import Count, MalformedAnswer, checked
 from moireid.sandbox.process import ForkServer
-from moireid.verifier import Claim, verify
+from moireid.verifier import Question, verify
 from moireid.verifier.fringes.place_map import knots_mm
 from moireid_studio.jobs import child, queue, workers
-from moireid_studio.jobs.child import Unusable, check_capture, frames_of, kept_of, result_of
 from moireid_studio.jobs.claims import PreparedJob
 from moireid_studio.jobs.queue import Job, Jobs
 from moireid_studio.settings import Limits
@@ -107,7 +107,7 @@ def test_it_may_ask_as_often_as_a_film_needs(
 ) -> None:
     """Catches: a process that lists the registry's identities by asking for each of them."""
     asked: list[object] = []
-    monkeypatch.setattr(workers, "answer_to", lambda question, people: asked.append(question) or [])
+    monkeypatch.setattr(workers, "answer_to", lambda question, people, film: asked.append(question) or [])
     job, _ = run("questions", "identify", questions=6)
     assert len(asked) == 6 and job.problem is not None and job.problem[0] == "crash"
 
@@ -118,33 +118,37 @@ def test_it_may_ask_as_often_as_a_film_needs(
 )
 def test_progress_is_of_frames(said: object) -> None:
     """Catches: what is no number taken for one."""
-    assert frames_of([3, None]) == (3, None) and frames_of([3, 9]) == (3, 9)
-    with pytest.raises(Unusable):
-        frames_of(said)
+    assert checked([3, None], tuple[Count, Count | None], "film") == (3, None)
+    with pytest.raises(MalformedAnswer):
+        checked(said, tuple[Count, Count | None], "film")
+
+
+def judged_as(kind: str, result: Any, **wish: Any) -> dict[str, Any]:
+    """What the studio makes of a result."""
+    said = workers.WorkerMessages(Job("0" * 32, kind, "somebody", Path("jobs"), wish=wish), PreparedJob())
+    return workers.checked_result(said, result)
 
 
 @pytest.mark.slow
 def test_a_result_is_a_report(films: Path) -> None:
     """Catches: an honest report refused; a hostile one that a page or a table would fall over."""
     badge = load_badge(films / "badge.json")
-    honest = json.loads(json.dumps(verify(films / "genuine_1.0m.mp4", Claim(badge)).to_json()))
-    assert result_of("verify", copy.deepcopy(honest)) == honest
+    honest = json.loads(json.dumps(verify(films / "genuine_1.0m.mp4", Question(badge)).to_json()))
+    assert judged_as("verify", copy.deepcopy(honest)) == honest
     finding = {"finding": "nobody", "found_id": None, "reasons": [honest["reasons"][0] | {"level": "fail"}]}
-    assert result_of("identify", honest | finding) and result_of("identify", dict(finding))
-    for wrong in (
-        None,
-        [],
+    assert judged_as("identify", honest | finding) and judged_as("identify", dict(finding))
+    wrong: tuple[dict[str, Any], ...] = (
         {},
-        honest | {"verdict": ["accept"]},
-        honest | {"input": 5},
-        honest | {"reasons": ["x"]},
-        honest | {"new": float("inf")},
-        honest | {"level": "live"},
-    ):
-        with pytest.raises(Unusable):
-            result_of("verify", wrong)
-    with pytest.raises(Unusable):
-        result_of("identify", honest | finding | {"found_id": 5})
+        {"verdict": ["accept"]},
+        {"input": 5},
+        {"reasons": ["x"]},
+        {"level": "live"},
+    )
+    for change in wrong:
+        with pytest.raises(MalformedAnswer):
+            judged_as("verify", honest | change if change else {})
+    with pytest.raises(MalformedAnswer):
+        judged_as("identify", honest | finding | {"found_id": 5})
 
 
 def test_a_capture_is_of_the_badge_that_was_asked_about(ada: Badge) -> None:
@@ -153,34 +157,13 @@ def test_a_capture_is_of_the_badge_that_was_asked_about(ada: Badge) -> None:
     maps = tuple((0.1,) * len(knots_mm(grating)) for grating in ada.gratings)
     true = AsBuilt(str(ada.id), -0.04, 2e-5, 3.0, 0.04, 0.03, 3e-4, 0.99, 0.01)
     mapped = replace(true, place_maps=maps, place_map_sd=0.02)
-
-    def said(figures: AsBuilt, badge_id: str | None = ada.id) -> dict[str, Any]:
-        return {"kind": "capture", "id": badge_id, "as_built": json.loads(figures.to_json())}
-
+    wish = {"badge_json": ada.to_json()}
     for honest in (true, mapped):
-        check_capture(said(honest), ada)
-    other = replace(true, badge_id="0123456789abcdef")
-    wrong = [said(other), said(other, other.badge_id), said(true, other.badge_id), said(true) | {"as_built": [1]}]
-    wrong.append(said(true) | {"as_built": json.loads(true.to_json()) | {"model": MODEL + 1}})
-    changes = ({"gain_ratio": 0.0}, {"offset_sd": -9}, {"witnessed": True})
-    wrong += [said(replace(true, **change)) for change in changes]
-    for figures in (*wrong, said(replace(mapped, place_maps=maps[:1] * 9)), {"kind": "capture", "id": ada.id}):
-        with pytest.raises(Unusable):
-            check_capture(figures, ada)
-
-
-def test_pictures_have_names() -> None:
-    """Catches: titles that are no texts, or a time that is none, on the verdict's page."""
-    assert kept_of({"files": ["a"], "plots": [], "frame_s": 1.0, "more": 1}) == {
-        "files": ["a"],
-        "plots": [],
-        "frame_s": 1.0,
-    }
-    for wrong in (
-        {},
-        {"files": "a", "plots": []},
-        {"files": [], "plots": [1]},
-        {"files": [], "plots": [], "frame_s": "1"},
-    ):
-        with pytest.raises(Unusable):
-            kept_of(wrong)
+        said = json.loads(honest.to_json())
+        assert judged_as("capture", said, **wish) == {"kind": "capture", "id": ada.id, "as_built": said}
+    changes = ({"badge_id": "0123456789abcdef"}, {"gain_ratio": 0.0}, {"offset_sd": -9}, {"witnessed": True})
+    wrong = [json.loads(replace(true, **change).to_json()) for change in changes]
+    wrong += [{}, json.loads(true.to_json()) | {"model": MODEL + 1}]
+    for figures in (*wrong, json.loads(replace(mapped, place_maps=maps[:1] * 9).to_json())):
+        with pytest.raises(MalformedAnswer):
+            judged_as("capture", figures, **wish)

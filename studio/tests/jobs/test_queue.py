@@ -23,7 +23,7 @@ from moireid.badge import Badge, load_badge
 from moireid.errors import SpecError
 from moireid.provenance import FROM_FILE
 from moireid.sandbox.process import sealed_here
-from moireid.verifier import Claim, verify
+from moireid.verifier import Question, verify
 from moireid_studio.app import create_app
 from moireid_studio.jobs.claims import PreparedJob
 
@@ -47,7 +47,7 @@ def spoil(visit: Visit, act: Callable[[], object], film: Path) -> str:
     video.write_bytes(film.read_bytes())
     doer = visit.studio.jobs.doer
     usual = doer.prepare
-    doer.prepare = lambda one: PreparedJob({"found": Spoilt(act)}) if one.id == job.id else usual(one)
+    doer.prepare = lambda one: PreparedJob(Spoilt(act)) if one.id == job.id else usual(one)
     visit.studio.jobs.submit(job, video)
     return job.id
 
@@ -67,7 +67,7 @@ def test_the_api_says_what_the_command_says(visit: Visit, tmp_path: Path, films:
     badge, asked = films / "badge.json", {"cover": "0.25"}
     answer = visit.ask("POST", "/api/verify", "verifier", **film_form(film, badge, name="../../x.mp4", **asked))
     assert answer.status_code == 200
-    claim = Claim(load_badge(badge), provenance=FROM_FILE, cover_share=0.25)
+    claim = Question(load_badge(badge), provenance=FROM_FILE, cover_share=0.25)
     said, own = answer.json(), verify(film, claim).to_json()
     assert said.pop("timing").keys() == own.pop("timing").keys()
     assert said["input"].pop("path") == "film.mp4" and own["input"].pop("path")

@@ -22,11 +22,12 @@ from kit.webbing import Visit, film_form, studio, tiny_film
 from moireid.badge import Badge
 from moireid.cli.main import moireid
 from moireid.errors import SpecError
+from moireid.reading.answers import MalformedAnswer, malformed
 from moireid.scheduler import scheduler_client
 from moireid_studio.api.work_api import taken
-from moireid_studio.jobs.child import JobFailure, Unusable
+from moireid_studio.jobs.child import JobFailure
 from moireid_studio.jobs.claims import PreparedJob
-from moireid_studio.jobs.cluster import Cluster, RemoteEnd, Run
+from moireid_studio.jobs.cluster import Cluster, Run
 from moireid_studio.problems import Refusal
 from moireid_studio.settings import listening
 
@@ -72,7 +73,7 @@ def test_a_film_that_is_removed_leaves_no_verdict(tmp_path: Path, ada: Badge, fo
         visit.studio.jobs.remove(visit.job(begun(visit, form)))
         waiting = begun(visit, form)
         (visit.job(waiting).folder / "film.mp4").unlink()
-        visit.studio.jobs.doer.prepare = lambda job: PreparedJob({"found": Spoilt(hang)})
+        visit.studio.jobs.doer.prepare = lambda job: PreparedJob(Spoilt(hang))
         visit.studio.jobs.start()
         assert visit.wait(waiting, "verifier")["problem"]["code"] == "storage"
         at_work = begun(visit, form)
@@ -127,16 +128,15 @@ def test_workers_of_a_scheduler_judge_the_films(tmp_path: Path, ada: Badge, form
 class Ended:
     """A future of Dask that has ended, with an error or with what a worker returned."""
 
-    def __init__(self, came: Exception | RemoteEnd) -> None:
+    def __init__(self, came: Exception | None) -> None:
         self._came = came
 
     def done(self) -> bool:
         return True
 
-    def result(self) -> RemoteEnd:
+    def result(self) -> None:
         if isinstance(self._came, Exception):
             raise self._came
-        return self._came
 
 
 @pytest.mark.parametrize(
@@ -155,21 +155,21 @@ def test_what_is_lost_with_a_cluster_has_its_own_end(came: Exception, code: str,
         cluster._end(Ended(came), run, lambda: False)
     assert lost.value.code == code
     with pytest.raises(JobFailure, match="stopped"):
-        cluster._end(Ended(RemoteEnd(None)), run, lambda: True)
+        cluster._end(Ended(None), run, lambda: True)
 
 
 def test_a_worker_s_message_is_checked_as_any_other(tmp_path: Path) -> None:
     """Catches: a worker whose word counts unchecked; one that goes on with a job that was ended by what it said."""
 
     def handle(message: dict[str, Any]) -> None:
-        raise Unusable("no honest process says that")
+        raise malformed("film.mp4", "no report")
 
     cluster, run = object.__new__(Cluster), Run(tmp_path, lambda: None, handle)
     with pytest.raises(Refusal) as refused:
         taken(run, b'{"result": {}}')
     assert refused.value.status == 410
-    with pytest.raises(Unusable):
-        cluster._end(Ended(RemoteEnd(None)), run, lambda: False)
+    with pytest.raises(MalformedAnswer):
+        cluster._end(Ended(None), run, lambda: False)
 
 
 @pytest.mark.parametrize("address", ["tcp://192.0.2.7:8786", "tcp://example.org:8786", "ucx://192.0.2.7:1"])

@@ -21,7 +21,8 @@ from starlette.websockets import WebSocketDisconnect
 
 from kit.webbing import Visit, studio
 from moireid.badge import Badge
-from moireid.provenance import ClaimedBadge, Provenance, Standing
+from moireid.provenance import Provenance, Standing
+from moireid.question import Question
 from moireid.sandbox.process import ProcessEnd
 from moireid.sandbox.seal import MEANS
 from moireid.verifier.report.live_receipt import receipt_of
@@ -193,7 +194,7 @@ def test_a_film_of_any_name_can_be_asked_about(asker: Asker, ada: Badge, monkeyp
 def test_a_session_s_process_says_only_what_it_has_seen(ada: Badge, enrolling: bool) -> None:
     """Catches: figures of a check without prompts, or that was not passed, which are kept as witnessed; a receipt that
     names another registry, prompts that no one drew, or a seal that did not hold; a verdict that no page can show."""
-    found = ClaimedBadge(ada, provenance=Provenance("registry", standing=Standing("c0ffee", "3:ab")))
+    found = Question(ada, provenance=Provenance("registry", standing=Standing("c0ffee", "3:ab")))
     asked = SessionRequest(found, found, "me", "enroll" if enrolling else "live", allowed=lambda: True)
     said = {
         "verdict": "accept",

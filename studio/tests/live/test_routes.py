@@ -12,7 +12,6 @@ from collections.abc import Iterator
 from dataclasses import replace
 from itertools import islice
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import cv2
@@ -25,8 +24,8 @@ from moireid.asbuilt import AsBuilt, as_built_from_json
 from moireid.badge import Badge
 from moireid.enrolment import keep_figures
 from moireid.errors import SpecError
-from moireid.registry import ClaimedBadge, open_registry
-from moireid.verifier.session.claim import Claim
+from moireid.question import Question
+from moireid.registry import open_registry
 from moireid.verifier.session.known_figures import MOST_OFFSET_SD_RAD, checked_figures
 from moireid_lab.bench.live import FACE_MM, answer, frames, portrait
 from moireid_studio.app import create_app
@@ -35,7 +34,6 @@ from moireid_studio.challenge.challenge import Prompt, draw_prompts
 from moireid_studio.challenge.session import READY_S, LiveCheck
 from moireid_studio.live import sockets as live
 from moireid_studio.live.sockets import CLOCK
-from moireid_studio.live.worker import Start, _session
 from moireid_studio.settings import Settings
 
 FPS = 24.0
@@ -62,7 +60,7 @@ def session(
     """Events of a session; rate: of the sender's clock; asked: of the claim."""
     now = 0.0
     check = LiveCheck(
-        Claim(ada, ada.id, **asked),
+        Question(ada, ada.id, **asked),
         now=lambda: now,
         draw=lambda start_s: [Prompt(one.move, start_s + one.at_s) for one in prompts],
     )
@@ -100,7 +98,7 @@ def test_who_follows_the_prompts_is_accepted_and_sees_them_only_when_due(followe
 @pytest.mark.parametrize(("level", "verdict"), [("record", "accept"), ("enrolled", "inconclusive")])
 def test_a_live_check_without_prompts_reaches_what_a_film_reaches(ada, pictures, level, verdict):
     """Catches: an old film that is accepted before the live camera where a film must show more."""
-    check = LiveCheck(Claim(ada, ada.id, level=level), now=lambda: 0.0)
+    check = LiveCheck(Question(ada, ada.id, level=level), now=lambda: 0.0)
     for k, picture in enumerate(pictures):
         check.push(picture, 1000.0 + k / FPS, k / FPS + 0.02)
     event = check.finish()
@@ -119,19 +117,15 @@ def test_only_a_challenge_that_was_passed_measures_the_badge(ada, pictures, foll
     assert refused["verdict"] == "reject" and "as_built" not in refused and "as_built" not in followed[-1]
 
 
-def test_who_is_enrolled_need_not_be_enrolled_before(ada, monkeypatch):
+def test_who_is_enrolled_need_not_be_enrolled_before(ada):
     """Catches: a studio that asks checks for enrolled figures, and so lets no badge be measured for the first time."""
-    claims = []
-    monkeypatch.setattr(
-        "moireid_studio.challenge.session.LiveCheck",
-        lambda claim, **_: claims.append(claim) or SimpleNamespace(ended=True),
-    )
     known = AsBuilt(ada.id, -0.0402, 2e-5, 3.0, 0.04, 0.031, 3e-4, 0.995, 0.03)
-    for enrolling in (True, False):
-        start = Start(ClaimedBadge(ada, known), level="enrolled", enrolling=enrolling)
-        _session(SimpleNamespace(send=lambda _: None), start)
-    asked = [(one.level, one.as_built, one.enrolling) for one in claims]
-    assert asked == [("record", None, True), ("enrolled", known, False)]
+    given = Question(ada, ada.id, as_built=known)
+    asked = [
+        live.SessionRequest(given, given, "", kind, lambda: True).question("enrolled") for kind in ("enroll", "live")
+    ]
+    seen = [(one.level, one.as_built, one.enrolling) for one in asked]
+    assert seen == [(None, None, True), ("enrolled", known, False)]
 
 
 def test_what_a_live_check_measured_is_kept_on_the_page_of_captures(studio, ada):
@@ -141,7 +135,7 @@ def test_what_a_live_check_measured_is_kept_on_the_page_of_captures(studio, ada)
     held = client.app.state.studio
     figures = AsBuilt(ada.id, -0.0402, 2e-5, 3.0, 0.04, 0.031, 3e-4, 0.995, 0.03, witnessed=True)
     issuer = next(one.id for one in held.tokens.all() if one.role == "issuer")
-    asked = live.SessionRequest(ClaimedBadge(ada), ClaimedBadge(ada), issuer, "enroll", allowed=lambda: True)
+    asked = live.SessionRequest(Question(ada), Question(ada), issuer, "enroll", allowed=lambda: True)
     with pytest.raises(SpecError, match="badge"):
         live._review(held, asked, json.loads(replace(figures, badge_id="0123456789abcdef").to_json()))
     filmed = replace(figures, gain_ratio=1.002, gain_sd=0.01, witnessed=False)

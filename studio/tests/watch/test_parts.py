@@ -18,8 +18,8 @@ from kit.damaging import Part, joined, zeroed
 from kit.places import FILMS
 from moireid.badge import Badge
 from moireid.errors import MediaError
+from moireid.question import Question
 from moireid.verifier.picture import Picture
-from moireid.verifier.session.claim import Claim
 from moireid_studio.challenge.session import LiveCheck
 from moireid_studio.challenge.stream import StreamCheck
 from moireid_studio.watch import cameras
@@ -163,7 +163,7 @@ def test_a_camera_gives_grey_pictures_at_its_own_times(monkeypatch: pytest.Monke
 
 def test_a_stream_of_which_nothing_passes_is_not_accepted(ada: Badge, monkeypatch: pytest.MonkeyPatch) -> None:
     """Catches: a stream's verdict by a rule of its own, which takes notes alone for an acceptance."""
-    check = StreamCheck(Claim(ada, ada.id))
+    check = StreamCheck(Question(ada, ada.id))
     note = {"code": "challenge", "level": "note", "measured": None, "limit": None, "unit": "", "text": "No prompts."}
     event = {"reasons": [note], "identity": {"built": "not_known"}, "challenged": False, "overlap": None}
     monkeypatch.setattr(LiveCheck, "finish", lambda self: dict(event))

@@ -16,7 +16,7 @@ import pytest
 from jsonschema import Draft202012Validator
 
 from moireid.badge import Badge
-from moireid.verifier import Claim
+from moireid.verifier import Question
 from moireid.verifier.picture import Picture
 from moireid.verifier.session.result import report_schema
 from moireid_lab.bench.live import FACE_MM, answer, frames, portrait
@@ -65,7 +65,7 @@ def watched(ada: Badge, pictures: list[np.ndarray], prompts: tuple[Prompt, ...])
 
     with ThreadPoolExecutor(1) as aside:
         watching = Watching(
-            WatchOrder(source_of("0"), Claim(ada, ada.id, enrolling=True), prompts=prompts), voice, inbox, aside
+            WatchOrder(source_of("0"), Question(ada, ada.id, enrolling=True), prompts=prompts), voice, inbox, aside
         )
         threading.Thread(target=shoot, daemon=True).start()
         watching.run()

@@ -15,7 +15,6 @@ from click.testing import Result
 
 from kit.registries import badge_of, run, url_of
 from kit.witnesses import Witness
-from moireid.cli.verify.verify_cmd import asked_of
 from moireid.cli.verify.verify_options import ClaimWish
 from moireid.cli.witness_options import WitnessCheck
 from moireid.errors import RegistryError
@@ -86,11 +85,11 @@ def test_signatures_that_others_added_count(grown, witnesses, tmp_path):
     out = witnesses.sign(noted(grown, tmp_path / "one.checkpoint"), 2)
     Witness("stranger.example/w9").sign(out)
     words = [word for key in witnesses.keys for word in ("--witness-key", key)]
-    audit = ("registry", "audit", "--since", out, "--registry", url_of(grown), *words)
-    seen = json.loads(run(*audit, "--witnesses", "2", "--json").stdout)["witnessed"]
+    audit = ("registry", "audit", "--since", out, "--registry", url_of(grown))
+    seen = json.loads(run(*audit, *words[:4], "--json").stdout)["witnessed"]
     assert seen["size"] == 3 and set(seen["signers"]) == {"witness.example/w1", "witness.example/w2"}
-    assert "witnesses have seen 3 of 3 entries" in run(*audit, "--witnesses", "2").stdout
-    assert "not_witnessed" in run(*audit, "--json", code=1).stdout
+    assert "witnesses have seen 3 of 3 entries" in run(*audit, *words[:4]).stdout
+    assert "not_witnessed" in run(*audit, *words, "--json", code=1).stdout
     assert code_with(grown, out, witnesses.quorum()) is None
     assert code_with(grown, out, witnesses.quorum(3)) == "not_witnessed"
 
@@ -140,15 +139,15 @@ def test_what_no_witness_has_seen_is_not_relied_on(grown, witnesses, tmp_path):
     def claim(name: str) -> ClaimWish:
         return ClaimWish(name, url_of(grown), None, None, None, witness_check=check)
 
-    with asked_of(claim("Ada")) as asked:
-        assert asked.found.barred is None
+    with claim("Ada").asked() as (found, look_up):
+        assert found.barred is None
         with pytest.raises(RegistryError) as unseen:
-            asked.look_up({"identity": {"verdict": "mismatch", "decoded_id": cy}, "badge": {"id": "0" * 16}})
+            look_up({"identity": {"verdict": "mismatch", "decoded_id": cy}, "badge": {"id": "0" * 16}})
     assert unseen.value.details["code"] == "not_witnessed"
-    with pytest.raises(RegistryError, match="witnesses have seen 3"), asked_of(claim("Cy")):
+    with pytest.raises(RegistryError, match="witnesses have seen 3"), claim("Cy").asked():
         pass
-    with asked_of(claim("Bo")) as asked:
-        assert asked.found.barred is not None and asked.found.barred.code == "revoked"
+    with claim("Bo").asked() as (found, _):
+        assert found.barred is not None and found.barred.code == "revoked"
     with open_registry(url_of(grown), create=False) as registry:
         assert holder_of(registry, cy) is not None
 
@@ -200,8 +199,8 @@ def bundle_code(bundle: Path, quorum: Quorum) -> str | None:
     """The code by which a claim in a bundle is refused to a reader who asks for witnesses; None if it is not."""
     wish = ClaimWish("Ada", None, None, bundle, None, witness_check=WitnessCheck(None, quorum))
     try:
-        with asked_of(wish) as asked:
-            assert asked.found.barred is None
+        with wish.asked() as (found, _):
+            assert found.barred is None
     except RegistryError as error:
         assert "\n" not in str(error) and ";" in str(error)
         return str(error.details["code"])

@@ -22,7 +22,7 @@ from moireid.simulate.settings.drawn_layers import Canvas
 from moireid.simulate.settings.painting import Painter, chroma_of, light_of
 from moireid.simulate.settings.places import SETTINGS, setting_named
 from moireid.simulate.settings.wearing import PRINT_FILE, load_print
-from moireid.verifier import Claim, verify
+from moireid.verifier import Question, verify
 
 CAMERA = Camera(width=640, height=360, focal_px=500.0)
 
@@ -143,6 +143,6 @@ def test_a_badge_is_accepted_in_every_setting(ada, tmp_path: Path, name):
     with av.open(str(path)) as container:
         planes = next(container.decode(video=0)).to_ndarray(format="yuv420p")
     assert planes[1080:].std() > 3
-    report = verify(path, Claim(ada, ada.id))
+    report = verify(path, Question(ada, ada.id))
     assert (report.verdict, report.identity.verdict) == ("accept", "match")
     assert report.frames["tracked"] == report.frames["read"]

@@ -11,6 +11,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from kit.made_corners import CENTRE, FPS, MIDDLE, PAGE_MM, SIZE, Course, project, registered, rolled, tangents
+from moireid.question import KnownCamera
 from moireid.simulate.motion import measured_run
 from moireid.verifier.camera.distortion import TakenIn
 from moireid.verifier.camera.fit import CameraFit, fit_camera
@@ -23,7 +24,8 @@ from moireid.verifier.tracking.patches import marker_corners_mm
 
 
 def fitted(points: np.ndarray, times: np.ndarray, focal_px: float | None = None) -> CameraFit:
-    return fit_camera(points, PAGE_MM, times, SIZE, focal_px=focal_px)
+    camera = None if focal_px is None else KnownCamera(focal_px)
+    return fit_camera(points, PAGE_MM, times, SIZE, camera=camera)
 
 
 # Poses.
@@ -55,8 +57,8 @@ def test_the_page_s_own_coordinates_are_kept(rng):
     times = np.arange(12) / FPS
     camera, turn = Course(rng, 900.0).pose(times)
     points = project(camera, turn, 1450.0)
-    here = fit_camera(points, PAGE_MM, times, SIZE, focal_px=1450.0)
-    moved = fit_camera(points, PAGE_MM + np.array([700.0, -300.0]), times, SIZE, focal_px=1450.0)
+    here = fit_camera(points, PAGE_MM, times, SIZE, camera=KnownCamera(1450.0))
+    moved = fit_camera(points, PAGE_MM + np.array([700.0, -300.0]), times, SIZE, camera=KnownCamera(1450.0))
     assert moved.camera_mm - here.camera_mm == pytest.approx(np.tile([700.0, -300.0, 0.0], (12, 1)), abs=1e-6)
 
 
@@ -64,8 +66,8 @@ def test_a_page_twice_as_large_is_seen_from_twice_as_far(rng):
     """Catches: millimetres in a constant that should have been a share of the page."""
     times = np.arange(12) / FPS
     points = project(*Course(rng, 900.0).pose(times), 1450.0) + 0.02 * rng.standard_normal((12, 16, 2))
-    one = fit_camera(points, PAGE_MM, times, SIZE, focal_px=1450.0)
-    two = fit_camera(points, 2 * PAGE_MM, times, SIZE, focal_px=1450.0)
+    one = fit_camera(points, PAGE_MM, times, SIZE, camera=KnownCamera(1450.0))
+    two = fit_camera(points, 2 * PAGE_MM, times, SIZE, camera=KnownCamera(1450.0))
     assert two.camera_mm == pytest.approx(2 * one.camera_mm, rel=1e-3, abs=0.5)
 
 
@@ -441,11 +443,11 @@ def test_a_film_that_was_turned_gives_the_same_poses(rng):
     times = np.arange(90) / FPS
     course = Course(rng, 900.0, sway_mm=220.0)
     upright = registered(rolled(course, times, 1450.0, 0.016), rng, 0.05)
-    one = fit_camera(upright, PAGE_MM, times, SIZE, focal_px=1450.0)
+    one = fit_camera(upright, PAGE_MM, times, SIZE, camera=KnownCamera(1450.0))
     turned, size = upright, SIZE
     for _ in range(3):
         turned, size = np.stack([size[1] - 1 - turned[..., 1], turned[..., 0]], axis=-1), size[::-1]
-        other = fit_camera(turned, PAGE_MM, times, size, focal_px=1450.0)
+        other = fit_camera(turned, PAGE_MM, times, size, camera=KnownCamera(1450.0))
         assert np.std(tangents(other.camera_mm) - tangents(one.camera_mm)) < 0.002
         assert other.reprojection_px.mean() == pytest.approx(one.reprojection_px.mean(), rel=0.05)
 

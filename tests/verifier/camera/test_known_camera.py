@@ -64,7 +64,7 @@ def test_a_known_camera_gives_exact_poses(rng: np.random.Generator, tmp_path: Pa
     square = (seen**2).sum(axis=-1, keepdims=True)
     points = seen * (1 - 0.2 * square + 0.06 * square**2) * 1450.0 + MATRIX[:2, 2]
     known = load_camera(opencv_file(tmp_path / "camera.yaml"))
-    fit = fit_camera(registered(points, rng, 0.03), PAGE_MM, times, SIZE, known=known)
+    fit = fit_camera(registered(points, rng, 0.03), PAGE_MM, times, SIZE, camera=known)
     assert fit.focal_given and fit.focal_px == pytest.approx(1450.0) and fit.bend_k1 == pytest.approx(-0.2)
     assert fit.axis_px == pytest.approx((20.0, -20.0)) and max(fit.tangent_sd) < 0.003
     assert np.abs(fit.camera_mm - camera).max() < 12.0

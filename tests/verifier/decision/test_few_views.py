@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from moireid.simulate.filming import film
 from moireid.simulate.motion import Poses
 from moireid.simulate.scene import Build, Scene
-from moireid.verifier import Claim, verify
+from moireid.verifier import Question, verify
 from moireid_lab.bench.forgers.forgers_suite import CAMERA, badge_of
 
 FPS, FRAMES = 12.0, 110
@@ -36,7 +36,7 @@ def test_true_pictures_of_a_badge_turned_on_the_spot_must_show_the_way_between(t
 
     path = tmp_path / "film.mp4"
     film(Scene(badge, Build.typical(1), CAMERA), turned, path, frames=FRAMES, fps=FPS, seed=1)
-    report = verify(path, Claim(badge, badge.id))
+    report = verify(path, Question(badge, badge.id))
     open_codes = {reason.code for reason in report.reasons if reason.level in ("fail", "undecided")}
     assert open_codes == (set() if views is None else {"cross_fade"})
     assert (report.verdict == "accept") == (views is None)

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from kit.numeric_films import Building, course, filmed, lines_seen
+from moireid.question import Question
 from moireid.verifier.fringes.uneven_air import less_uneven_air
 from moireid.verifier.session.chapters import judge_chapter
-from moireid.verifier.session.claim import Claim
 
 MOTION = 0.7 * np.sin(np.linspace(0, 9, 200)) + 0.3
 GAINS = np.array([[0.06], [-0.02], [-0.04]])
@@ -37,7 +37,7 @@ def test_places_are_excused_for_what_air_explains_and_for_no_more(ada, share, ve
         motion = (turn - turn.mean(axis=0)).mean(axis=1, keepdims=True)
         further = turn + share * motion * np.cos(2 * np.pi * strip.along_mm / 60)
         profiles.append((own + waves(further) - waves(turn)).astype(np.float32))
-    judged = judge_chapter(replace(track, profiles=tuple(profiles)), Claim(ada)).invariant
+    judged = judge_chapter(replace(track, profiles=tuple(profiles)), Question(ada)).invariant
     assert judged.verdict == verdict, [reason for reason in judged.reasons if reason.level != "pass"]
 
 

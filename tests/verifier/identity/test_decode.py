@@ -18,6 +18,7 @@ from kit.payloads import payload_for_name
 from moireid.badge import Badge
 from moireid.designer import Request, design_badge, payload_from_hex
 from moireid.idcodes.words import MAX_TRIES
+from moireid.question import KnownCamera
 from moireid.verifier.fringes.signals import measure
 from moireid.verifier.identity.cell_motion import CellMotion
 from moireid.verifier.identity.cell_phase import _twists, uniform_fields
@@ -29,7 +30,7 @@ from moireid.verifier.tracking.track import Track
 def judged(track: Track, layout: Badge, claimed_id: str | None = None) -> Identity:
     """`layout` is the badge that is claimed, of which nothing but the layout may be used."""
     track = replace(track, badge=layout)
-    return judge_identity(track, measure(track, focal_px=FOCAL), claimed_id=claimed_id)
+    return judge_identity(track, measure(track, camera=KnownCamera(FOCAL)), claimed_id=claimed_id)
 
 
 @pytest.fixture(scope="module")
@@ -173,7 +174,7 @@ def test_a_twist_that_evenly_lying_rows_cannot_tell_is_told_by_the_code(degrees)
     badge = design_badge(Request("Even", size_mm=(150.0, 170.0)), payload_from_hex("00112233445566778899aabbccddeeff"))
     twist = 2 * math.pi * math.tan(math.radians(degrees)) / badge.lens.pitch_mm
     track = filmed(badge, Building(scale=1.001, offset_rad=1.0, twist_rad_per_mm=twist))
-    measurement = measure(track, focal_px=FOCAL)
+    measurement = measure(track, camera=KnownCamera(FOCAL))
     reading = read_identity(track, measurement)
     assert reading.decoded.payload.hex() == badge.id and reading.decoded.corrected == 0
     assert reading.fields[0].twist_rad_per_mm == pytest.approx(twist, abs=0.002)
@@ -191,7 +192,7 @@ def test_a_sheet_that_was_laid_askew_is_read(ada, degrees):
     """Catches: a search that ends at what a mount allows, so that no badge laid by eye at half a degree is read."""
     twist = 2 * math.pi * math.tan(math.radians(degrees)) / ada.lens.pitch_mm
     track = filmed(ada, Building(scale=0.999, offset_rad=-0.7, twist_rad_per_mm=twist))
-    reading = read_identity(track, measure(track, focal_px=FOCAL))
+    reading = read_identity(track, measure(track, camera=KnownCamera(FOCAL)))
     assert reading.decoded.payload.hex() == ada.id
     assert reading.fields[0].twist_rad_per_mm == pytest.approx(twist, abs=0.002)
 
@@ -219,7 +220,7 @@ def test_rows_that_a_twist_turns_against_one_another_still_tell_it(ada, degrees)
     """
     twist = 2 * math.pi * math.tan(math.radians(degrees)) / ada.lens.pitch_mm
     track = filmed(ada, Building(noise=25.0, twist_rad_per_mm=twist))
-    reading = read_identity(track, measure(track, focal_px=FOCAL))
+    reading = read_identity(track, measure(track, camera=KnownCamera(FOCAL)))
     assert reading.fields[0].twist_rad_per_mm == pytest.approx(twist, abs=0.002)
     assert reading.decoded.payload.hex() == ada.id
 

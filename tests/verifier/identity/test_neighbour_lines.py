@@ -13,6 +13,7 @@ from moireid.badge import Badge
 from moireid.designer import Request, design_badge
 from moireid.frames import own_rect
 from moireid.idcodes.spacing import PHASE_LEVELS, true_phases_rad
+from moireid.question import KnownCamera
 from moireid.verifier.fringes.signals import Measurement, measure
 from moireid.verifier.identity import cell_phase, neighbour_lines
 from moireid.verifier.identity.decode import read_identity
@@ -28,7 +29,7 @@ def silk() -> Badge:
 @pytest.fixture(scope="module")
 def seen(silk: Badge) -> tuple[Track, Measurement]:
     track = filmed(silk, Building(scale=1.003, offset_rad=2.1, twist_rad_per_mm=0.025))
-    return track, measure(track, focal_px=1450.0)
+    return track, measure(track, camera=KnownCamera(1450.0))
 
 
 def errors_rad(silk: Badge, seen: tuple[Track, Measurement]) -> np.ndarray:

@@ -10,6 +10,7 @@ import pytest
 from kit.numeric_films import FOCAL, Building, filmed
 from moireid.badge import Badge
 from moireid.designer import Request, design_badge, payload_from_hex
+from moireid.question import KnownCamera
 from moireid.verifier.decision.judge import judge_signals
 from moireid.verifier.fringes.signals import measure
 from moireid.verifier.identity.decode import Identity, judge_identity
@@ -23,7 +24,7 @@ def board() -> Badge:
 def judged(badge: Badge, built: Building) -> tuple[Identity, str]:
     """The identity, and the verdict on the motion."""
     track = filmed(badge, built)
-    measurement = measure(track, focal_px=FOCAL)
+    measurement = measure(track, camera=KnownCamera(FOCAL))
     identity = judge_identity(track, measurement, claimed_id=badge.id)
     return identity, judge_signals(measurement.gratings, page_off=identity.page_off).verdict
 
@@ -66,4 +67,4 @@ def test_a_right_page_and_one_without_fringes_say_nothing_of_its_size(board):
     rng = np.random.default_rng(5)
     noise = tuple(130 + 3 * rng.standard_normal(one.shape).astype(np.float32) for one in track.profiles)
     blank = replace(track, profiles=noise)
-    assert off(judge_identity(blank, measure(blank, focal_px=FOCAL), claimed_id=board.id)) is None
+    assert off(judge_identity(blank, measure(blank, camera=KnownCamera(FOCAL)), claimed_id=board.id)) is None

@@ -22,7 +22,7 @@ from moireid.asbuilt import AsBuilt
 from moireid.badge import Badge
 from moireid.idcodes import DecodeResult
 from moireid.provenance import BadgeHolder, Exclusion, Provenance, Standing
-from moireid.verifier import Claim, limits
+from moireid.verifier import Question, limits
 from moireid.verifier.damage import DamageWatch, claimed_finding
 from moireid.verifier.decision import findings, judge
 from moireid.verifier.decision.comparison import Explanation, GratingComparison
@@ -54,7 +54,7 @@ ODD = 1.2 * trajectory(7)
 FROM_A_TABLE = {
     "compare_built.py": {"as_built_beat", "as_built_offset", "as_built_twist", "as_built_map"},
     "findings.py": set(RIVALS),
-    "film.py": set(BARRED),
+    "claim.py": set(BARRED),
 }
 #: Headlines of live checks and of the lab's pipeline have their reasons in those packages.
 ELSEWHERE = {"challenge", "prompt", "unbroken", "window_correlation", "corners"}
@@ -117,7 +117,7 @@ def claims(badge: Badge) -> Sequence[Reason]:
     known = Provenance("registry", "Eve", ("Ada L0velace (00)",), line="Editor", others=2)
     match = Identity("match", (), claimed_id=badge.id)
     shown = ((named, known), (badge, replace(known, source="file", file_name="Bo")))
-    given = (Claim(one, badge_id=badge.id, provenance=of) for one, of in shown)
+    given = (Question(one, badge_id=badge.id, provenance=of) for one, of in shown)
     return [reason for claim in given for reason in claim_reasons(claim, match)]
 
 
@@ -126,8 +126,8 @@ def built(badge: Badge) -> Sequence[Reason]:
     maps = {"place_maps": ((0.0,) * 4,), "place_map_sd": 0.01}
     known = AsBuilt(badge.id or "", 0.03, 1e-5, 0.0, 0.01, 0.0, 1e-4, 1.0, 0.001, **maps)
     other = replace(known, offset_rad=1.5, place_maps=((0.5,) * 4,))
-    claim = Claim(badge, badge_id=badge.id, as_built=known, as_built_at="2026-05-03", replaced_at="2026-06-01")
-    claim = replace(claim, require_original=True)
+    claim = Question(badge, badge_id=badge.id, as_built=known, as_built_at="2026-05-03", replaced_at="2026-06-01")
+    claim = replace(claim, level="enrolled")
     seen = Identity("match", (), decoded_id=badge.id, claimed_id=badge.id)
     fits = Invariant("accept", (), explanations=(Explanation("law", 0.0, {}, None, True),))
     same = compare_built(known, known, badge)

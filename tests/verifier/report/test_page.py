@@ -26,6 +26,7 @@ from kit.numeric_films import FRAMES, TYPICAL, filmed
 from moireid.badge import Badge, badge_from_json
 from moireid.errors import SpecError
 from moireid.provenance import BadgeHolder, Exclusion, Standing
+from moireid.question import KnownCamera
 from moireid.verifier.decision.figures import in_words
 from moireid.verifier.decision.judge import Invariant, Segment, judge_signals
 from moireid.verifier.explanations.words import does
@@ -63,7 +64,7 @@ EVIL = "<script>alert('x')</script> & \"Ada\" </title> {{ 7 * 7 }}"
 def judged(text: str) -> tuple[Track, Measurement, Invariant]:
     """Track, measurement and judgement of a film of this badge.json."""
     track = replace(filmed(badge_from_json(text), TYPICAL), frames_read=FRAMES + 3)
-    measurement = measure(track, focal_px=1450.0)
+    measurement = measure(track, camera=KnownCamera(1450.0))
     camera = replace(measurement.camera, focal_px=1432.1, focal_sd_px=11.2, focal_given=False, shutter_s=0.0123)
     measurement = replace(measurement, camera=camera)
     return track, measurement, judge_signals(measurement.gratings)

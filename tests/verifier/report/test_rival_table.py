@@ -13,6 +13,7 @@ import pytest
 
 from kit.numeric_films import TYPICAL, filmed
 from moireid.badge import Badge
+from moireid.question import KnownCamera
 from moireid.verifier.decision.comparison import CONTAINING, Explanation, cause_of
 from moireid.verifier.decision.judge import judge_signals
 from moireid.verifier.explanations.honest import PhaseSeries
@@ -149,7 +150,7 @@ def test_a_rival_s_own_fringes_are_fitted_whole(rival: Rival) -> None:
 
 def report_of(badge: Badge) -> Report:
     track = filmed(badge, TYPICAL)
-    measurement = measure(track, focal_px=1450.0)
+    measurement = measure(track, camera=KnownCamera(1450.0))
     invariant = judge_signals(measurement.gratings)
     who = Identity("not_claimed", ())
     film = {"path": "film.mp4", "sha256": "ab" * 32, "width": 1920, "height": 1080, "fps": 30.0}

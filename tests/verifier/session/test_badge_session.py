@@ -41,7 +41,7 @@ def line(*chapters: SimpleNamespace, shown: float = 1.0, verdict: str | None = N
         outline_px=lambda: np.array([[x, 9.0]] * 4),
     )
     claim = SimpleNamespace(id_if_read=lambda found: "ab")
-    return ChapterTracker(claim=claim, tracker=tracker, done=list(chapters), _verdict=verdict)
+    return ChapterTracker(question=claim, tracker=tracker, done=list(chapters), _verdict=verdict)
 
 
 def outcome(*lines: ChapterTracker) -> tuple[ChapterTracker, list[str]]:

@@ -12,7 +12,7 @@ import pytest
 
 from moireid.badge import load_badge
 from moireid.errors import SpecError
-from moireid.verifier import Claim, verify
+from moireid.verifier import Question, verify
 from moireid.verifier.session import badge_session, streaming
 from moireid.verifier.session.badge_session import ChapterTracker
 
@@ -90,7 +90,7 @@ def test_a_film_of_many_chapters_comes_out_as_one_after_the_other(films: Path, m
         return judge(*given, **named)
 
     monkeypatch.setattr(badge_session, "judge_chapter", watched)
-    claim, threads = Claim(load_badge(films / "badge.json")), cv2.getNumThreads()
+    claim, threads = Question(load_badge(films / "badge.json")), cv2.getNumThreads()
     found = []
     try:
         for count in (max(threads, 2), 1):

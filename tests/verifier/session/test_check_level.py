@@ -9,7 +9,7 @@ import pytest
 
 from kit.registries import run
 from moireid.badge import load_badge
-from moireid.verifier import Claim, verify
+from moireid.verifier import Question, verify
 from moireid.verifier.session.check_level import level_finding, level_reached
 
 
@@ -42,7 +42,7 @@ def test_less_than_was_asked_for_is_undecided_and_more_passes() -> None:
 def test_a_plain_film_is_never_a_live_check(films: Path) -> None:
     """Catches: an option that changes a verdict unasked; a verdict worse or better than inconclusive; a wrong exit."""
     film, badge = films / "genuine_1.0m.mp4", load_badge(films / "badge.json")
-    assert verify(film, Claim(badge)).level == "record"
+    assert verify(film, Question(badge)).level == "record"
     words = ("verify", film, "--badge", films / "badge.json", "--json", "--level")
     assert json.loads(run(*words, "record").stdout)["verdict"] == "accept"
     for level in ("enrolled", "live"):

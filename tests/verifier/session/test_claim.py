@@ -10,15 +10,16 @@ from moireid.asbuilt import AsBuilt
 from moireid.badge import Badge
 from moireid.designer import Request, design_badge
 from moireid.errors import SpecError
-from moireid.provenance import FROM_FILE, ClaimedBadge, Provenance
+from moireid.provenance import FROM_FILE, Provenance
+from moireid.question import Question
 from moireid.verifier.identity.decode import Identity
-from moireid.verifier.session.claim import Claim, claim_reasons
+from moireid.verifier.session.claim import claim_reasons, least_strength
 
 MATCH, OTHER = Identity("match", ()), Identity("mismatch", ())
 REGISTRY = Provenance("registry")
 
 
-def codes(claim: Claim, identity: Identity = MATCH) -> dict[str, str]:
+def codes(claim: Question, identity: Identity = MATCH) -> dict[str, str]:
     return {reason.code: reason.level for reason in claim_reasons(claim, identity)}
 
 
@@ -35,32 +36,31 @@ def built(secret: Badge) -> AsBuilt:
 
 def test_each_finding_has_its_cause(secret: Badge, ada: Badge, built: AsBuilt) -> None:
     """Catches: a finding without its cause, one that changes a verdict unasked, a board taken for a person's badge."""
-    assert codes(Claim(secret, secret.id, as_built=built, provenance=REGISTRY)) == {}
-    assert codes(Claim(secret, secret.id, provenance=REGISTRY)) == {"copyable": "note"}
-    assert codes(Claim(secret, secret.id, provenance=REGISTRY), OTHER) == {}
-    assert codes(Claim(secret, secret.id, as_built=built, provenance=FROM_FILE)) == {"claim_source": "note"}
+    assert codes(Question(secret, secret.id, as_built=built, provenance=REGISTRY)) == {}
+    assert codes(Question(secret, secret.id, provenance=REGISTRY)) == {"copyable": "note"}
+    assert codes(Question(secret, secret.id, provenance=REGISTRY), OTHER) == {}
+    assert codes(Question(secret, secret.id, as_built=built, provenance=FROM_FILE)) == {"claim_source": "note"}
     alike = replace(REGISTRY, alike=("\u0410da (00)",))
-    assert codes(Claim(secret, secret.id, as_built=built, provenance=alike)) == {"look_alike": "note"}
-    chosen = Claim(secret, secret.id, as_built=built, provenance=replace(REGISTRY, line="Reporter", others=6))
+    assert codes(Question(secret, secret.id, as_built=built, provenance=alike)) == {"look_alike": "note"}
+    chosen = Question(secret, secret.id, as_built=built, provenance=replace(REGISTRY, line="Reporter", others=6))
     (found,) = claim_reasons(chosen, MATCH)
     assert (found.code, found.level) == ("chosen_line", "note") and "'Reporter'; 6 other badges bear" in found.text
     edited = replace(REGISTRY, file_name="Grace Hopper")
-    assert codes(Claim(secret, secret.id, as_built=built, provenance=edited), OTHER) == {"name": "fail"}
-    assert codes(Claim(ada, provenance=FROM_FILE)) == {}
+    assert codes(Question(secret, secret.id, as_built=built, provenance=edited), OTHER) == {"name": "fail"}
+    assert codes(Question(ada, provenance=FROM_FILE)) == {}
 
 
 def test_the_original_is_required_where_it_is_known(secret: Badge, built: AsBuilt) -> None:
     """Catches: a default that asks every badge for a film of it, and a wish that is overruled."""
-    assert Claim(secret, secret.id, as_built=built).original_required
-    assert not Claim(secret, secret.id).original_required
-    assert not Claim(secret, secret.id, as_built=built, require_original=False).original_required
-    assert Claim(secret, secret.id, require_original=True).original_required
+    assert Question(secret, secret.id, as_built=built).original_required
+    assert not Question(secret, secret.id).original_required
+    assert not Question(secret, secret.id, as_built=built, level="record").original_required
+    assert Question(secret, secret.id, as_built=built, level="enrolled").original_required
 
 
 @pytest.mark.parametrize("strength", [0, 49, 501])
 def test_a_strength_that_is_weaker_than_the_default_or_cannot_be_shown_is_refused(strength: int, secret: Badge) -> None:
     """Catches: an acceptance at any share; a division by 0; one that no film could ever reach."""
-    found = ClaimedBadge(secret)
-    assert Claim.of(found, strength=500).strength == 500
+    assert least_strength(Question(secret, strength=500)) == 500 and least_strength(Question(secret)) == 50
     with pytest.raises(SpecError, match="strength is 50 to 500"):
-        Claim.of(found, strength=strength)
+        least_strength(Question(secret, strength=strength))

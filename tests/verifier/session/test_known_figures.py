@@ -9,11 +9,11 @@ import pytest
 from moireid.asbuilt import AsBuilt, DatedFigures, as_built_from_json, merge
 from moireid.badge import Badge
 from moireid.errors import SpecError
+from moireid.question import Question
 from moireid.verifier.identity.decode import Identity
 from moireid.verifier.reasons import Reason
 from moireid.verifier.session import chapters
 from moireid.verifier.session.chapters import Chapter, by_figures_that_agree
-from moireid.verifier.session.claim import Claim
 from moireid.verifier.session.known_figures import compare_capture, side_by_side
 
 KNOWN = AsBuilt("7097c67b0fafc59b", -0.0402, 2e-5, 3.0, 0.04, 0.031, 3e-4, 0.995, 0.01)
@@ -124,7 +124,7 @@ def test_a_film_that_cannot_be_read_by_the_figures_in_use_is_read_by_earlier_one
     """Catches: a poisoned gain under which nothing can be read, so that no earlier figures are asked."""
     asked: list[tuple[float, str | None]] = []
 
-    def judged(track: object, claim: Claim, repeated: int) -> Chapter:
+    def judged(track: object, claim: Question, repeated: int) -> Chapter:
         assert claim.as_built is not None
         asked.append((claim.as_built.gain_ratio, claim.replaced_at))
         if claim.as_built == POISON:
@@ -133,7 +133,7 @@ def test_a_film_that_cannot_be_read_by_the_figures_in_use_is_read_by_earlier_one
 
     monkeypatch.setattr(chapters, "_judged_by", judged)
     earlier = (DatedFigures(KNOWN, "2026-01-01"), DatedFigures(replace(KNOWN, gain_ratio=1.2), "2026-02-01"))
-    claim = Claim(ada, ada.id, as_built=POISON, as_built_at="2026-03-01", earlier=earlier)
+    claim = Question(ada, ada.id, as_built=POISON, as_built_at="2026-03-01", earlier=earlier)
     found = chapters.judge_chapter(None, claim)  # type: ignore[arg-type]
     assert asked == [(0.63, None), (1.2, "2026-03-01"), (0.995, "2026-02-01")]
     assert [one.identity.built for one in by_figures_that_agree([found])] == ["agrees"]
@@ -141,7 +141,9 @@ def test_a_film_that_cannot_be_read_by_the_figures_in_use_is_read_by_earlier_one
 
 def test_the_report_says_which_figures_it_used(ada: Badge) -> None:
     """Catches: an agreement with figures that are not in use, of which the report says nothing."""
-    claim = Claim(ada, ada.id, as_built=KNOWN, as_built_at="2026-01-01T10:00:00Z", replaced_at="2026-02-03T10:00:00Z")
+    claim = Question(
+        ada, ada.id, as_built=KNOWN, as_built_at="2026-01-01T10:00:00Z", replaced_at="2026-02-03T10:00:00Z"
+    )
     note: Reason = chapters._by_earlier(claim)
     assert (note.code, note.level, note.measured, note.limit) == (
         "as_built_earlier",

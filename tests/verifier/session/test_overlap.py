@@ -19,6 +19,7 @@ from moireid.badge import Badge
 from moireid.cli.main import moireid as program
 from moireid.designer import Request, design_badge
 from moireid.errors import MissingExtraError
+from moireid.question import Question
 from moireid.simulate.recording.encode import FilmWriter, recipe_for
 from moireid.verifier import verify
 from moireid.verifier.measuring import MIN_OVERLAP_S
@@ -26,7 +27,6 @@ from moireid.verifier.picture import Frame
 from moireid.verifier.report.report_page import write_report
 from moireid.verifier.session import faces
 from moireid.verifier.session.chapters import Chapter
-from moireid.verifier.session.claim import Claim
 from moireid.verifier.session.faces import CARRY_S, HIDDEN_S, Face, FaceFollower
 from moireid.verifier.session.overlap import OverlapWatch, law_through, overlap_share
 from moireid.verifier.session.streaming import Verifier
@@ -66,7 +66,7 @@ def films_of_calls(badge: Badge, tmp_path_factory: pytest.TempPathFactory) -> di
 def watched(
     badge: Badge, films_of_calls: dict[str, Path]
 ) -> tuple[OverlapWatch, Verifier, list[Chapter], list[tuple[float, Face | None]]]:
-    verifier, watch, seen = Verifier(Claim(badge, badge.id), running=False), OverlapWatch(), []
+    verifier, watch, seen = Verifier(Question(badge, badge.id), running=False), OverlapWatch(), []
     for frame in Film(films_of_calls["true"]).frames():
         verifier.push(frame)
         watch.push(frame, verifier.in_view)
@@ -159,14 +159,14 @@ def test_without_the_package_it_is_told_what_to_install(monkeypatch):
 @pytest.mark.slow
 def test_a_recorded_call_is_judged_with_its_overlap(badge, films_of_calls, tmp_path):
     """Catches: `--overlap` that changes no verdict; a report without it; a film whose lie the overlap passes."""
-    report = verify(films_of_calls["true"], Claim(badge, badge.id), overlap=True)
+    report = verify(films_of_calls["true"], Question(badge, badge.id, overlap=True))
     told = report.to_json()
     assert told["verdict"] == "accept" and told["overlap"]["verdict"] == "accept"
     assert told["overlap"]["longest_s"] > 2 * MIN_OVERLAP_S and told["overlap"]["total_s"] < told["overlap"]["face_s"]
     assert faults(told) == []
     page = write_report(report, tmp_path)[0].read_text(encoding="utf-8")
     assert "badge before it" in page and "before the face for" in page
-    forged = verify(films_of_calls["frozen"], Claim(badge, badge.id), overlap=True)
+    forged = verify(films_of_calls["frozen"], Question(badge, badge.id, overlap=True))
     assert forged.verdict == "reject" and forged.overlap.verdict == "reject"
 
 

@@ -13,7 +13,7 @@ from kit.coded_films import first_frames, written
 from kit.places import FILMS
 from kit.report_faults import SCHEMA, faults, named_only
 from moireid.provenance import Exclusion
-from moireid.verifier import Claim, verify
+from moireid.verifier import KnownCamera, Question, verify
 from moireid.verifier.session.result import REPORT_FORMAT
 from moireid_lab.baseline.pipeline import verify_published
 
@@ -46,14 +46,16 @@ def reports(tmp_path_factory) -> dict[str, dict[str, Any]]:
         first_frames(FILMS / name, films / name, 70) for name in ("genuine_1.0m.mp4", "forged_reversed_1.0m.mp4")
     )
     return {
-        "accept": verify(genuine, Claim(board)).to_json(),
-        "reject": verify(reversed_, Claim(board)).to_json(),
-        "unreadable": verify(genuine, Claim(board, "00" * 8, focal_px=1450.0)).to_json(),
-        "revoked": verify(genuine, Claim(board), barred=Exclusion("revoked", "2026-05-03T08:00:00Z", "lost")).to_json(),
-        "no face": verify(reversed_, Claim(board), overlap=True).to_json(),
-        "no badge": verify(nothing, Claim(board, "00" * 8)).to_json(),
-        "published": verify_published(genuine, Claim(board)).to_json(),
-        "published, no badge": verify_published(nothing, Claim(board, "00" * 8)).to_json(),
+        "accept": verify(genuine, Question(board)).to_json(),
+        "reject": verify(reversed_, Question(board)).to_json(),
+        "unreadable": verify(genuine, Question(board, "00" * 8, camera=KnownCamera(1450.0))).to_json(),
+        "revoked": verify(
+            genuine, Question(board), barred=Exclusion("revoked", "2026-05-03T08:00:00Z", "lost")
+        ).to_json(),
+        "no face": verify(reversed_, Question(board, overlap=True)).to_json(),
+        "no badge": verify(nothing, Question(board, "00" * 8)).to_json(),
+        "published": verify_published(genuine, Question(board)).to_json(),
+        "published, no badge": verify_published(nothing, Question(board, "00" * 8)).to_json(),
     }
 
 

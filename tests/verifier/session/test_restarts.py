@@ -12,7 +12,7 @@ import pytest
 
 from moireid.badge import Badge
 from moireid.errors import SpecError
-from moireid.verifier import Claim, Film, Frame, Verifier, verify
+from moireid.verifier import Film, Frame, Question, Verifier, verify
 from moireid.verifier.reasons import worst
 from moireid.verifier.session import badge_session
 from moireid.verifier.session.chapters import invariant_of
@@ -28,7 +28,7 @@ def every_second(film: Path) -> Iterator[Frame]:
 
 def judged(film: Path, badge: Badge, told_s: Callable[[float], float]) -> Verifier:
     """A film with changed timestamps, judged to its end."""
-    verifier = Verifier(Claim(badge), running=False)
+    verifier = Verifier(Question(badge), running=False)
     for frame in every_second(film):
         verifier.push(frame.at(told_s(frame.time_s)))
     verifier.finish()
@@ -65,7 +65,7 @@ def test_two_pieces_of_a_transport_stream_are_accepted(joined: Path, prototype: 
     """
     times = [frame.time_s for frame in Film(joined).frames()]
     assert len(times) == 120 and np.diff(times).min() < -3.0
-    report = verify(joined, Claim(prototype))
+    report = verify(joined, Question(prototype))
     assert report.verdict == "accept" and report.invariant.correlation > 0.999
     assert report.invariant.gain_ratio == pytest.approx(1.0, abs=0.02)
     told = next(reason for reason in report.reasons if reason.code == "times")
@@ -100,6 +100,6 @@ def test_times_that_start_anew_hide_no_drift(films: Path, prototype: Badge):
 
 def test_a_time_that_is_none_is_refused(prototype: Badge):
     """Catches: nan, to which no time is earlier or later, let into the film."""
-    verifier = Verifier(Claim(prototype), running=False)
+    verifier = Verifier(Question(prototype), running=False)
     with pytest.raises(SpecError, match="time nan"):
         verifier.push(Frame(0, float("nan"), np.zeros((90, 160), np.uint8)))

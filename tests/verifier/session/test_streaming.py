@@ -12,7 +12,7 @@ import pytest
 
 from kit.places import FILMS
 from moireid.badge import Badge
-from moireid.verifier import Claim, Running, Verifier, verify
+from moireid.verifier import KnownCamera, Question, Running, Verifier, verify
 from moireid.verifier.decision.judge import judge_segments
 from moireid.verifier.identity.decode import Identity
 from moireid.verifier.limits import SEGMENT_S
@@ -70,7 +70,7 @@ def test_halves_of_a_true_film_hold_each_and_together(whole, prototype):
     """Catches: a track that starts with the last one's frames, signals joined crosswise, offsets taken for motion."""
     assert [track.tracked for track in whole] == [120, 120] == [track.frames_read for track in whole]
     assert whole[0].times_s[-1] < whole[1].times_s[0] and whole[1].frame_numbers[0] == 120
-    parts = [judge_chapter(track, Claim(prototype)) for track in whole]
+    parts = [judge_chapter(track, Question(prototype)) for track in whole]
     assert [part.invariant.verdict for part in parts] == ["accept"] * 2
     together = invariant_of(parts)
     assert together.verdict == "accept" and together.correlation > 0.999
@@ -81,7 +81,7 @@ def test_halves_of_a_true_film_hold_each_and_together(whole, prototype):
 @pytest.fixture(scope="module")
 def true(whole, prototype: Badge) -> chapters.Chapter:
     """The first half, judged."""
-    return judge_chapter(whole[0], Claim(prototype))
+    return judge_chapter(whole[0], Question(prototype))
 
 
 def test_a_moment_that_breaks_the_law_is_not_averaged_away(true):
@@ -111,12 +111,12 @@ def test_a_film_in_chapters_is_judged_as_the_whole_is(films, prototype, monkeypa
     """Catches: frames lost between chapters, pictures kept of all of them, a verdict of the last one alone."""
     monkeypatch.setattr(stream, "CHAPTER_FRAMES", 110)
     monkeypatch.setattr(stream, "OVERLAP_FRAMES", 60)
-    whole = verify(films / "genuine_1.0m.mp4", Claim(prototype))
+    whole = verify(films / "genuine_1.0m.mp4", Question(prototype))
     assert whole.verdict == "accept" and whole.frames == {"read": 240, "tracked": 240, "unsearched": 0, "damaged": 0}
     # Chapters of 110, 110 - 60 and so on; the last has the remaining frames and those that it repeats.
     assert [segment.tracked for segment in whole.segments] == [110, 50, 50, 30]
     assert 60 < whole.track.tracked <= 110
-    verifier = Verifier(Claim(prototype), running=False)
+    verifier = Verifier(Question(prototype), running=False)
     for frame in frames_of(films / "genuine_1.0m.mp4", films / "forged_drift_1.0m.mp4"):
         verifier.push(frame)
         assert sum(chapter.track is not None for chapter in verifier.chapters) <= 1
@@ -128,7 +128,7 @@ def test_a_running_verdict_comes_every_second_and_knows_no_future(films, prototy
     """Catches: a verdict that waits for the end, one that looks ahead, a focal length that is solved anew each time."""
 
     def run(most: int) -> list[Running]:
-        verifier = Verifier(Claim(prototype))
+        verifier = Verifier(Question(prototype))
         told = []
         for frame, _ in zip(frames_of(films / "genuine_1.0m.mp4"), range(most), strict=False):
             verdict = verifier.push(frame)
@@ -146,26 +146,27 @@ def test_a_running_verdict_comes_every_second_and_knows_no_future(films, prototy
 @pytest.mark.parametrize("sd", [0.15, 0.01])
 def test_a_focal_length_that_is_a_guess_is_not_kept(prototype, monkeypatch, sd):
     """Catches: the guess made while a badge is held still, taken as given from then on: no error bar, never anew."""
-    asked: list[float | None] = []
-    empty = judge_chapter(no_track(prototype, 240, (64, 64)), Claim(prototype))
+    asked: list[KnownCamera | None] = []
+    empty = judge_chapter(no_track(prototype, 240, (64, 64)), Question(prototype))
     camera = SimpleNamespace(focal_px=1500.0, tangent_sd=(sd, sd))
 
     def judged(track, claim):
-        asked.append(claim.focal_px)
+        asked.append(claim.camera)
         return replace(empty, measurement=SimpleNamespace(camera=camera))
 
     monkeypatch.setattr(stream, "judge_chapter", judged)
-    live = Verifier(Claim(prototype))
+    live = Verifier(Question(prototype))
     for tracked in (60, 90, 130, 240, 240, 240):
         live._judged_now(replace(no_track(prototype, tracked, (64, 64)), times_s=np.arange(tracked) / 30))
-    kept = [None, 1500.0, None, 1500.0, 1500.0, 1500.0]
+    found = KnownCamera(1500.0)
+    kept = [None, found, None, found, found, found]
     assert asked == (kept if sd < 0.03 else [None] * 6)
 
 
 def test_an_empty_and_a_still_stream_stay_open(prototype):
     """Catches: a crash where nothing was pushed, or the badge leaves as a chapter ends; a verdict without a badge."""
-    assert invariant_of(Verifier(Claim(prototype)).finish()).verdict == "inconclusive"
-    verifier = Verifier(Claim(prototype))
+    assert invariant_of(Verifier(Question(prototype)).finish()).verdict == "inconclusive"
+    verifier = Verifier(Question(prototype))
     for index in range(40):
         running = verifier.push(Frame(index, index / 30, np.full((90, 160), 128, np.uint8)))
         assert running is None or running.verdict == "inconclusive"
@@ -174,7 +175,7 @@ def test_an_empty_and_a_still_stream_stay_open(prototype):
 
 def test_segments_are_judged_by_their_own_motion(whole, prototype):
     """Catches: segments cut by frames instead of time, the whole film's figures repeated in each."""
-    measurement = judge_chapter(whole[0], Claim(prototype)).measurement
+    measurement = judge_chapter(whole[0], Question(prototype)).measurement
     assert measurement is not None
     (only,) = judge_segments(measurement)
     assert only.verdict == "accept" and only.end_s - only.start_s <= SEGMENT_S
@@ -188,6 +189,6 @@ def test_segments_are_judged_by_their_own_motion(whole, prototype):
 @pytest.mark.parametrize(("longest_s", "level"), [(MAX_UNSEARCHED_S, None), (MAX_UNSEARCHED_S + 0.1, "undecided")])
 def test_seconds_in_which_nobody_looked_leave_a_film_open(ada, longest_s, level):
     """Catches: a forged badge shown while a chessboard beside it makes looking too dear, in a film that is accepted."""
-    verifier = Verifier(Claim(ada))
+    verifier = Verifier(Question(ada))
     verifier._view.unsearched_s = longest_s
     assert [reason.level for reason in verifier.long_unsearched] == ([level] if level else [])

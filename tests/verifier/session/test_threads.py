@@ -11,7 +11,7 @@ from types import SimpleNamespace
 import pytest
 
 from moireid.badge import load_badge
-from moireid.verifier import Claim, Film, Verifier
+from moireid.verifier import Film, Question, Verifier
 from moireid.verifier.session import badge_session, streaming
 from moireid.verifier.session.threads import SWITCH_S, BackgroundExecutor
 
@@ -49,7 +49,7 @@ def test_no_frame_waits_for_a_chapter_in_a_live_session(films: Path, monkeypatch
 
     monkeypatch.setattr(badge_session, "judge_chapter", slow)
     with ThreadPoolExecutor(1) as threads:
-        verifier = Verifier(Claim(load_badge(films / "badge.json")), aside=threads)
+        verifier = Verifier(Question(load_badge(films / "badge.json")), aside=threads)
         for frame in Film(films / "genuine_1.0m.mp4").frames():
             if frame.index == 55:
                 break
@@ -74,7 +74,7 @@ def test_verdicts_rest_for_as_long_as_they_took(films: Path, monkeypatch):
             made.set_result(fn(*args, **kwargs))
             return made
 
-    verifier, told = Verifier(Claim(load_badge(films / "badge.json")), aside=Slow()), []
+    verifier, told = Verifier(Question(load_badge(films / "badge.json")), aside=Slow()), []
     for frame in Film(films / "genuine_1.0m.mp4").frames():
         if frame.time_s > 3.0:
             break

@@ -19,6 +19,7 @@ from kit.drawn_pages import MARKERS, draw, filmed, seen_from
 from kit.payloads import payload_for_name
 from moireid.badge import Badge
 from moireid.designer import Request, design_badge
+from moireid.question import Question
 from moireid.simulate.filming import film
 from moireid.simulate.motion import Poses, motion_named
 from moireid.simulate.scene import Build, Camera, Scene
@@ -26,7 +27,6 @@ from moireid.verifier import verify
 from moireid.verifier.picture import Frame
 from moireid.verifier.reasons import worst
 from moireid.verifier.session.badge_session import reasons_of
-from moireid.verifier.session.claim import Claim
 from moireid.verifier.session.identify import identify
 from moireid.verifier.session.streaming import Verifier
 from moireid.verifier.tracking.finding.markers import MarkerFinder
@@ -108,7 +108,7 @@ class OneEnrolled:
 def test_each_of_two_badges_bears_out_its_own_claim(both, ada, bob):
     """Catches: the first badge judged whatever is claimed; two badges read as one; a neighbour that rejects."""
     for badge, left in ((ada, True), (bob, False)):
-        report = verify(both, Claim(badge, badge.id))
+        report = verify(both, Question(badge, badge.id))
         assert report.verdict == "accept" and report.identity.decoded_id == badge.id
         assert report.frames == {"read": FRAMES, "tracked": FRAMES, "unsearched": 0, "damaged": 0}
         document = report.to_json()
@@ -125,15 +125,15 @@ def test_each_of_two_badges_bears_out_its_own_claim(both, ada, bob):
 def test_a_stranger_s_claim_is_rejected_and_without_one_the_larger_is_judged(both, ada, bob):
     """Catches: a claim that no badge in view confirms left open, or confirmed by any badge."""
     stranger = design_badge(Request("Eve Moneypenny"), payload_for_name("Eve Moneypenny"))
-    report = verify(both, Claim(stranger, stranger.id))
+    report = verify(both, Question(stranger, stranger.id))
     assert report.verdict == "reject" and report.identity.verdict == "mismatch"
-    report = verify(both, Claim(ada))
+    report = verify(both, Question(ada))
     assert report.verdict == "accept" and report.identity.decoded_id == bob.id
     assert "others" in {reason.code for reason in report.reasons}
 
 
 def judged(pictures, badge: Badge, claimed: str | None):
-    verifier = Verifier(Claim(badge, claimed))
+    verifier = Verifier(Question(badge, claimed))
     running = [told for frame in frames_of(pictures) if (told := verifier.push(frame)) is not None]
     reasons = reasons_of(verifier.finish()) + verifier.others
     return worst(list(reasons)), running[-1].verdict, verifier
@@ -215,7 +215,7 @@ def test_after_a_cut_no_track_is_made_of_two_badges(with_cuts, ada):
 @pytest.mark.slow
 def test_pieces_that_were_given_up_are_judged_and_told_of(with_cuts, ada):
     """Catches: a piece that is forgotten with its tracker; one that is counted twice; a verdict on too few frames."""
-    verifier = Verifier(Claim(ada, ada.id), running=False)
+    verifier = Verifier(Question(ada, ada.id), running=False)
     for frame in with_cuts:
         verifier.push(frame)
     assert worst(list(reasons_of(verifier.finish()))) == "inconclusive"

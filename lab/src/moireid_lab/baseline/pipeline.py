@@ -28,12 +28,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.badge import Badge, Rect
+from moireid.question import KnownCamera, Question
 from moireid.verifier.decision.figures import pearson, window_correlations
 from moireid.verifier.decision.judge import Invariant
 from moireid.verifier.identity.decode import Identity
 from moireid.verifier.limits import WINDOW_FRAMES
 from moireid.verifier.reasons import Reason, json_number, worst
-from moireid.verifier.session.claim import Claim, claim_reasons
+from moireid.verifier.session.claim import claim_reasons
 from moireid.verifier.session.result import Report
 from moireid.verifier.tracking.patches import marker_corners_mm
 from moireid.verifier.tracking.track import no_track
@@ -65,7 +66,7 @@ class PublishedInvariant(Invariant):
 
 
 def verify_published(
-    video: Path, claim: Claim, *, corners: Corners | None = None, progress: Progress | None = None
+    video: Path, claim: Question, *, corners: Corners | None = None, progress: Progress | None = None
 ) -> Report:
     """Score a film as the published pipeline does.
 
@@ -77,7 +78,7 @@ def verify_published(
     """
     begun = time.perf_counter()
     film = Film(video, reduced=False)
-    reader = PublishedReader(claim.badge, corners, (film.width, film.height), claim.focal_px)
+    reader = PublishedReader(claim.badge, corners, (film.width, film.height), claim.camera)
     read = 0
     for frame in film.frames_ahead():
         read += 1
@@ -105,8 +106,8 @@ def verify_published(
         no_track(claim.badge, read, (film.width, film.height)),
         None,
         pipeline="published",
-        claim_source=claim.provenance.source if claim.provenance else None,
-        registry=claim.provenance.standing if claim.provenance else None,
+        claim_source=claim.provenance.source,
+        registry=claim.provenance.standing,
     )
 
 
@@ -144,7 +145,7 @@ class PublishedReader:
     """Phase of the region and place of the camera, frame after frame."""
 
     def __init__(
-        self, badge: Badge, corners: Corners | None, image_px: tuple[int, int], focal_px: float | None
+        self, badge: Badge, corners: Corners | None, image_px: tuple[int, int], camera: KnownCamera | None
     ) -> None:
         dictionary = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, badge.squares.dictionary))
         parameters = cv2.aruco.DetectorParameters()
@@ -157,7 +158,7 @@ class PublishedReader:
         self._field = grating.rect_mm
         self._middle = np.array([(self._field[0] + self._field[2]) / 2, (self._field[1] + self._field[3]) / 2])
         self._follower = CornerFollower(corners) if corners else None
-        focal = focal_px or float(max(image_px))
+        focal = camera.focal_px(max(image_px)) if camera else float(max(image_px))
         self._camera = np.array([[focal, 0, (image_px[0] - 1) / 2], [0, focal, (image_px[1] - 1) / 2], [0, 0, 1.0]])
         self._clahe = cv2.createCLAHE(CLAHE_CLIP, CLAHE_TILES)
         self._bin: int | None = None

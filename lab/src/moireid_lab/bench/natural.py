@@ -19,7 +19,7 @@ from threadpoolctl import threadpool_limits
 from moireid.designer import Request, design_badge
 from moireid.simulate.motion import motion_named
 from moireid.simulate.scene import Build, Camera, Scene
-from moireid.verifier import Claim, verify
+from moireid.verifier import Question, verify
 from moireid.verifier.session.chapters import judge_chapter
 from moireid.verifier.tracking.track import Track
 from moireid_lab.bench.bench_frame import Bench, Row, Wish, counted_verdicts, grouped, temporary_film
@@ -140,7 +140,7 @@ def run_case(job: tuple[str, int, int]) -> dict[str, Any]:
     name, seed, frames = job
     case = next(case for case in cases() if case.name == name)
     badge = design_badge(Request("Bench"), PAYLOAD)
-    claim = Claim(badge, badge.id)
+    claim = Question(badge, badge.id)
     motion = motion_named(case.motion, distance_mm=1000 * case.distance_m, seed=seed)
     scene = Scene(badge, Build.typical(seed), CAMERA)
     with temporary_film(scene, motion, frames=frames, fps=float(FPS), seed=seed) as video:
@@ -150,7 +150,7 @@ def run_case(job: tuple[str, int, int]) -> dict[str, Any]:
     return {"case": name, "seed": seed, "parts": parts}
 
 
-def judge_part(track: Track, claim: Claim, start_s: int, seconds: int) -> dict[str, Any]:
+def judge_part(track: Track, claim: Question, start_s: int, seconds: int) -> dict[str, Any]:
     """The verdict on a part of a film, and the processor time of judging it."""
     part = cut_track(track, start_s * FPS, (start_s + seconds) * FPS)
     with threadpool_limits(limits=1, user_api="blas"):

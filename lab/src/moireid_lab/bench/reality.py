@@ -20,7 +20,7 @@ from moireid.designer import Request, design_badge
 from moireid.simulate.effects.table import KINDS, STRENGTHS, effect_named
 from moireid.simulate.motion import Motion, motion_named
 from moireid.simulate.scene import Build, Camera, Scene
-from moireid.verifier import Claim, verify
+from moireid.verifier import Question, verify
 from moireid_lab.bench.bench_frame import Bench, Row, Wish, counted_verdicts, grouped, temporary_film
 from moireid_lab.bench.bench_plots import figure_of, verdict_bars
 from moireid_lab.bench.verdicts import verdict_row
@@ -92,7 +92,7 @@ def run_case(job: tuple[str, int, int]) -> dict[str, Any]:
     }
     with temporary_film(scene, motion_of(case, seed), frames=frames, fps=FPS, seed=seed, **how) as video:
         clock = time.perf_counter()
-        report = verify(video, Claim(badge, badge.id))
+        report = verify(video, Question(badge, badge.id))
         seconds = time.perf_counter() - clock
     row = {"effect": case.effect, "strength": case.strength, "distance_m": case.distance_m, "badge": case.badge}
     motion = report.invariant

@@ -13,9 +13,9 @@ from typing import Any, Literal
 
 from moireid.badge import Badge, Rect
 from moireid.designer import Request, design_badge
+from moireid.question import KnownCamera, Question
 from moireid.simulate.motion import motion_named
 from moireid.simulate.scene import Build, Camera, Scene
-from moireid.verifier.session.claim import Claim
 from moireid.verifier.session.film import verify
 from moireid.verifier.session.result import Report
 from moireid_lab.bench.bench_frame import Bench, Row, Wish, temporary_film
@@ -96,7 +96,7 @@ def read_case(job: tuple[StabilityCase, int, int]) -> Row:
         scene = replace(scene, paper=0.5, ink=0.5 * (1 - case.contrast) / (1 + case.contrast))
     motion = motion_named(case.motion, distance_mm=1000 * case.distance_m, seed=seed)
     with temporary_film(scene, motion, frames=frames, fps=FPS, seed=seed, crf=CRF) as video:
-        report = verify(video, Claim(badge, badge.id, focal_px=FOCAL_PX))
+        report = verify(video, Question(badge, badge.id, camera=KnownCamera(FOCAL_PX)))
     return {
         "name": case.name,
         "outcome": outcome_of(report, badge, case.beat),

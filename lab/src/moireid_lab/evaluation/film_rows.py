@@ -20,10 +20,10 @@ from typing import Annotated, Any, Literal
 from msgspec import Meta, Struct
 
 from moireid.errors import MoireIdError
+from moireid.question import Question
 from moireid.result_cache import program_digest
 from moireid.verifier.opened_file import OpenedFile
 from moireid.verifier.reasons import json_number
-from moireid.verifier.session.claim import Claim
 from moireid.verifier.session.film import verify
 from moireid.verifier.session.result import Report
 from moireid_lab.archive.isolated import Fault, LostJob
@@ -145,9 +145,11 @@ def _report(job: Job, film: Path) -> Report:
     entry = job.entry
     badge = entry.claimed.badge
     if job.pipeline == "published":
-        return verify_published(film, Claim(badge), corners=entry.corners)
-    claim = Claim(badge, badge.id, as_built=entry.claimed.as_built, earlier=entry.claimed.earlier)
-    report = verify(film, claim, barred=entry.claimed.barred)
+        return verify_published(film, Question(badge), corners=entry.corners)
+    known = entry.claimed
+    report = verify(
+        film, Question(badge, badge.id, as_built=known.as_built, earlier=known.earlier, barred=known.barred)
+    )
     return without_corners(report) if entry.corners else report
 
 

@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 
-from moireid.verifier import Claim, Verifier
+from moireid.verifier import Question, Verifier
 from moireid.verifier.picture import Frame
 from moireid.verifier.video import Film
 from moireid_lab.bench.bench_frame import table_text
@@ -90,7 +90,7 @@ def test_the_bench_measures_the_verifier_on_a_film_made_outside(films, prototype
     """Catches: signs of phase or gain turned, other estimators than were asked for."""
     frames = list(Film(films / "genuine_1.0m.mp4").frames())[:90]
     times = np.array([frame.time_s for frame in frames])
-    verifier = Verifier(Claim(prototype), running=False)
+    verifier = Verifier(Question(prototype), running=False)
     for frame in frames:
         verifier.push(frame)
     signal = verifier.finish()[0].measurement.gratings[0]

@@ -26,7 +26,7 @@ from moireid.cli.common import (
     show_json,
 )
 from moireid.cli.registry.records import registry_command, registry_group
-from moireid.cli.witness_options import quorum_of, quorum_options
+from moireid.cli.witness_options import quorum_of, quorum_option
 from moireid.errors import SpecError
 from moireid.files import open_regular
 
@@ -54,14 +54,12 @@ def _out_option(what: str) -> Callable[[Callable[..., None]], Callable[..., None
     help="A checkpoint that somebody else kept: a file, a folder of them, or a web address. The log must still begin "
     "as it says. May be given several times.",
 )
-@quorum_options
+@quorum_option
 def registry_audit(
     registry: Registry,
     expected_head: str | None,
     kept: tuple[str, ...],
     witness_keys: tuple[str, ...],
-    witnesses_needed: int | None,
-    witness_days: float,
     as_json: bool,
 ) -> None:
     """Check every signature and the whole log.
@@ -79,7 +77,7 @@ def registry_audit(
     """
     from moireid.registry.checkpoints.sources import checkpoints_from
 
-    quorum = quorum_of(witness_keys, witnesses_needed, witness_days, "")
+    quorum = quorum_of(witness_keys)
     if quorum is not None and not kept:
         raise SpecError("--witness-key needs what the witnesses signed; add --since FILE")
     with progress_bar("checking the registry") as progress:

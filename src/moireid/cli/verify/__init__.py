@@ -2,5 +2,5 @@
 
 verify_cmd.py      verify: look up the claim, judge the film, print the verdict, write the pages
 identify_cmd.py    identify: the same without a claim
-verify_options.py  the options of verify, and which of them exclude each other
+verify_options.py  whose badge is claimed
 """

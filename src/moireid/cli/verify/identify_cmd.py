@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
@@ -13,8 +14,7 @@ from moireid.cli.common import (
     INCONCLUSIVE,
     REJECT,
     bundle_option,
-    camera_held,
-    camera_option,
+    camera_options,
     friendly,
     json_option,
     progress_bar,
@@ -26,22 +26,23 @@ from moireid.cli.common import (
 )
 from moireid.cli.sealed_reader import sealed_reader, unsealed_option
 from moireid.cli.verify.verify_cmd import show_verdict
-from moireid.cli.verify.verify_options import focal_option
 from moireid.cli.witness_options import WitnessCheck, require, witness_check
 from moireid.errors import SpecError
+
+if TYPE_CHECKING:
+    from moireid.question import KnownCamera
 
 
 @click.command("identify")
 @click.argument("video", type=click.Path(path_type=Path))
+@friendly
 @registry_option
 @bundle_option
 @trust_option
-@focal_option
-@camera_option
+@camera_options
 @track_option
 @unsealed_option
 @json_option
-@friendly
 @witness_check
 def identify_command(
     video: Path,
@@ -49,8 +50,7 @@ def identify_command(
     bundle_path: Path | None,
     trust: str | None,
     witness_check: WitnessCheck | None,
-    focal_px: float | None,
-    camera_file: Path | None,
+    camera: KnownCamera | None,
     track: int | None,
     unsealed: bool,
     as_json: bool,
@@ -62,17 +62,14 @@ def identify_command(
     Exit code 0: found; 1: no one enrolled; 2: bad input; 3: inconclusive.
     """
     from moireid.api.asking import AskingTerms, people_of_bundle, people_of_registry
-    from moireid.reading.film_orders import IdentifyingOrder
 
     if bundle_path is not None and registry_url is not None:
         raise SpecError("--bundle replaces --registry; leave one of them out")
-    camera = camera_held(camera_file, focal_px)
     terms = AskingTerms(trust, report_standing, partial(require, witness_check))
     people = people_of_registry(registry_url, terms) if bundle_path is None else people_of_bundle(bundle_path, terms)
     films = sealed_reader([video], unsealed=unsealed)
     with films as reader, people as scope, progress_bar("reading the film") as progress:
-        order = IdentifyingOrder(video, scope.layouts, focal_px, camera, track)
-        document, known = scope.search(order, reader, progress)
+        document, known = scope.search(video, camera, track, reader, progress)
     if as_json:
         show_json(document)
     else:

@@ -11,132 +11,36 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import AbstractContextManager
-from dataclasses import dataclass, replace
-from functools import partial
+from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from moireid.cli.attest.signing import Signing, planned_signing, signing_options
-from moireid.cli.common import VERDICT_EXIT, camera_held, echo, friendly, progress_bar, report_standing, say, show_json
-from moireid.cli.sealed_reader import sealed_reader
-from moireid.cli.verify.verify_options import ClaimWish, VerifyOptions, check_wish, verify_options
-from moireid.cli.witness_options import require, witness_check
+from moireid.cli.attest.signing import planned_signing, signing_options
+from moireid.cli.common import (
+    VERDICT_EXIT,
+    GroupedCommand,
+    camera_options,
+    echo,
+    friendly,
+    json_option,
+    overwrite_option,
+    progress_bar,
+    say,
+    show_json,
+    track_option,
+)
+from moireid.cli.sealed_reader import sealed_reader, unsealed_option
+from moireid.cli.verify.verify_options import ClaimWish, level_option, witnessed_claim_options
+from moireid.errors import SpecError
 
 if TYPE_CHECKING:
-    from moireid.api.asking import ClaimContext
-    from moireid.provenance import ClaimedBadge
-    from moireid.reading.film_orders import JudgingOrder
-    from moireid.reading.film_reader import Reader
-    from moireid.verifier import Claim
+    from moireid.attest.credentials import Form
+    from moireid.question import CheckLevel, KnownCamera, Question
     from moireid.verifier.report.circumstances import Circumstances
     from moireid.verifier.report.headline import Headline
-    from moireid.verifier.report.report_page import Pictures
-
-
-def files_read(wish: ClaimWish) -> list[Path | None]:
-    """The files that are read of a claim, which no output may replace."""
-    found = [wish.bundle_path, wish.badge_json]
-    if wish.registry_url is None and (wish.claim is None or wish.bundle_path is not None):
-        return found
-    from moireid.registry.engine import own_file
-
-    return [*found, own_file(wish.registry_url)]
-
-
-def asked_of(wish: ClaimWish) -> AbstractContextManager[ClaimContext]:
-    """The claimed badge, from a bundle, a registry or a file alone; a bundle stays open for the look-up."""
-    from moireid.api.asking import AskingTerms, claim_in_bundle, claim_of_badge, claim_of_name
-
-    terms = AskingTerms(wish.trust, report_standing, partial(require, wish.witness_check))
-    if wish.bundle_path is not None:
-        return claim_in_bundle(wish.claim or "", wish.bundle_path, terms)
-    if wish.badge_json is not None:
-        return claim_of_badge(wish.badge_json, wish.registry_url, terms)
-    return claim_of_name(wish.claim or "", wish.registry_url, terms)
-
-
-Progress = Callable[[int, int | None], None]
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """A report as JSON; and the pictures and signals for its pages, made when they are asked for."""
-
-    document: dict[str, Any]
-    drawn: Callable[[], tuple[Pictures, str]]
-
-
-def claim_held(wish: VerifyOptions, found: ClaimedBadge) -> Claim:
-    """What the film is checked against."""
-    from moireid.verifier import Claim
-    from moireid.verifier.limits import LEAST_STRENGTH, MIN_COVER_SHARE
-
-    return Claim.of(
-        found,
-        focal_px=wish.focal_px,
-        camera=camera_held(wish.camera_file, wish.focal_px),
-        require_original=wish.require_original,
-        cover_share=MIN_COVER_SHARE if wish.cover_share is None else wish.cover_share,
-        level=wish.level,
-        strength=LEAST_STRENGTH if wish.strength is None else wish.strength,
-    )
-
-
-def judged(wish: VerifyOptions, asked: ClaimContext, reader: Reader, progress: Progress) -> Outcome:
-    """The outcome of a film.
-
-    Convention: claim, registry, and how the film was read are stated by this process; what reads the film only reports
-    what it shows.
-    """
-    from moireid.attest.film_credentials import with_carried
-    from moireid.reading.film_reports import judged_film
-
-    made = judged_film(_order(wish, asked.found), reader, progress)
-    document = made.report | asked.stated()
-    if not wish.published:
-        document = with_carried(document, wish.video)
-    return Outcome(document, lambda: (made.pictures, made.signals))
-
-
-def _order(wish: VerifyOptions, found: ClaimedBadge) -> JudgingOrder:
-    from moireid.reading.film_orders import JudgingOrder, published_method
-
-    if wish.published:
-        # Where the lab is missing, this is said before the film is read.
-        published_method()
-    claim, pictures = claim_held(wish, found), wish.report_folder is not None
-    return JudgingOrder(
-        wish.video, claim, found.barred, wish.overlap, pictures=pictures, pipeline=wish.pipeline, track=wish.track
-    )
-
-
-def plan_pages(folder: Path | None, *, overwrite: bool, kept: Sequence[Path | None]) -> None:
-    """Raise SpecError if a page would replace a file, or one of those that are read."""
-    if folder is not None:
-        from moireid.files import planned
-        from moireid.verifier.report.report_page import report_paths
-
-        planned(report_paths(folder), overwrite=overwrite, kept=kept)
-
-
-def write_pages_of(
-    outcome: Outcome, signing: Signing | None, known: Circumstances, wish: VerifyOptions
-) -> dict[str, Any]:
-    """Sign the report if asked for, then write its pages; returns the report as it was signed."""
-    document = outcome.document
-    if signing is not None:
-        document = signing.write(document, wish.video)
-    if wish.report_folder is not None:
-        from moireid.verifier.report.report_page import write_pages
-
-        page, *_ = write_pages(document, *outcome.drawn(), known, wish.report_folder, overwrite=wish.overwrite)
-        say(f"report: {page}")
-    return document
-
 
 MARKS = {"pass": "✓", "fail": "✗", "undecided": "?", "note": "·"}
 #: Colours of a terminal, by what a headline or a finding says.
@@ -147,7 +51,7 @@ OPTIONS = {
     "focal": "--focal-px",
     "gain": "--focal-px, or enroll --capture",
     "lens": "--camera, or --focal-px",
-    "built": "--no-require-original, or enroll --capture",
+    "built": "--level record, or enroll --capture",
     "copyable": "enroll --capture",
     "cover": "--cover",
     "tracks": "--track",
@@ -188,13 +92,76 @@ def show_verdict(
         echo(f"  · {receipt_of(one).words}")
 
 
-@click.command("verify")
+#: Headings of the help.
+GROUPS = {
+    "Whose badge": "claim registry badge bundle trust checkpoint witness-key",
+    "The film": "focal-px camera track unsealed pipeline",
+    "What an acceptance needs": "level cover strength overlap",
+    "Output": "report overwrite json",
+    "Signed verdict": "sign attest timestamp c2pa",
+}
+
+
+@click.command("verify", cls=GroupedCommand, groups=GROUPS)
 @click.argument("video", type=click.Path(path_type=Path))
-@verify_options
-@signing_options
 @friendly
-@witness_check
-def verify_command(**given: Any) -> None:
+@witnessed_claim_options
+@camera_options
+@track_option
+@unsealed_option
+@click.option(
+    "--pipeline",
+    type=click.Choice(["moireid", "published"]),
+    default="moireid",
+    show_default=True,
+    help="Our method, or the published one (Qing et al. 2026) for comparison: correlation only, and no identity.",
+)
+@level_option
+@click.option(
+    "--cover",
+    type=click.FloatRange(0, 1),
+    help="Least share of the film that must be judged, 0 to 1; below it the film is inconclusive.  [default: 0.5]",
+)
+@click.option(
+    "--strength",
+    type=click.IntRange(50, 500),
+    metavar="N",
+    help="Accept only if at most 1 in N forgeries that know nothing of the law would look as the film does; with more "
+    "the film is inconclusive.  [default: 50]",
+)
+@click.option(
+    "--overlap",
+    is_flag=True,
+    help="Also require that the badge passes in front of the face for a second; needs moireid[face].",
+)
+@click.option(
+    "--report",
+    "report_folder",
+    type=click.Path(path_type=Path, file_okay=False),
+    help="Write a report here: report.html, with plots, and its figures.",
+)
+@overwrite_option
+@json_option
+@signing_options
+def verify_command(
+    video: Path,
+    wish: ClaimWish,
+    camera: KnownCamera | None,
+    track: int | None,
+    unsealed: bool,
+    pipeline: str,
+    level: CheckLevel | None,
+    cover: float | None,
+    strength: int | None,
+    overlap: bool,
+    report_folder: Path | None,
+    overwrite: bool,
+    as_json: bool,
+    key_file: Path | None,
+    attest_file: Path | None,
+    timestamp_url: str | None,
+    form: Form | None,
+) -> None:
     """Check a film: is the badge real, and is it the claimed one?
 
     The fringes must move as the optics of a real badge demand, and the badge must spell the claimed identity. Say whose
@@ -202,27 +169,53 @@ def verify_command(**given: Any) -> None:
 
     Exit code 0: accepted; 1: rejected; 2: bad input; 3: inconclusive.
     """
-    from moireid.verifier.report.live_receipt import attached, check_belongs, load_receipt
+    from moireid.api.film_check import judge
+    from moireid.files import planned
+    from moireid.verifier.report.report_page import report_paths
 
-    wish = VerifyOptions(**given)
-    check_wish(wish)
-    receipts = [load_receipt(path) for path in wish.receipt_files]
-    kept = [*files_read(wish), wish.video, wish.key_file, *wish.receipt_files]
-    signing = planned_signing(
-        wish.video, wish.key_file, wish.attest_file, wish.timestamp_url, wish.form, overwrite=wish.overwrite, kept=kept
-    )
-    films = sealed_reader([wish.video], unsealed=wish.unsealed)
-    with films as reader, asked_of(wish) as asked:
-        for receipt in receipts:
-            check_belongs(receipt, asked.found, wish.video)
-        plan_pages(wish.report_folder, overwrite=wish.overwrite, kept=kept)
+    if key_file is not None and unsealed:
+        raise SpecError("--sign reads the film apart from the key, and --unsealed does not; leave one of them out")
+    kept = [*wish.files, video, key_file]
+    signing = planned_signing(video, key_file, attest_file, timestamp_url, form, overwrite=overwrite, kept=kept)
+    with sealed_reader([video], unsealed=unsealed) as reader, wish.asked() as (found, look_up):
+        question = replace(
+            found,
+            camera=camera,
+            track=track,
+            level=level,
+            cover_share=cover,
+            strength=strength,
+            overlap=overlap,
+            published=pipeline == "published",
+        )
+        _check_published(question, signed=signing is not None)
+        if report_folder is not None:
+            planned(report_paths(report_folder), overwrite=overwrite, kept=kept)
         with progress_bar("reading the film") as progress:
-            outcome = judged(wish, asked, reader, progress)
-        outcome = replace(outcome, document=attached(outcome.document, receipts))
-        known = asked.known(outcome.document, wish.claim)
-    document = write_pages_of(outcome, signing, known, wish)
-    if wish.as_json:
-        show_json(document)
+            check = judge(video, question, look_up, reader, progress, pictures=report_folder is not None)
+    if signing is not None:
+        check = replace(check, document=signing.write(check.document, video))
+    if report_folder is not None:
+        page, *_ = check.write(report_folder, overwrite=overwrite)
+        say(f"report: {page}")
+    if as_json:
+        show_json(check.document)
     else:
-        show_verdict(document["verdict"].upper(), document, known)
-    sys.exit(VERDICT_EXIT[document["verdict"]])
+        show_verdict(check.verdict.upper(), check.document, check.known)
+    sys.exit(VERDICT_EXIT[check.verdict])
+
+
+def _check_published(question: Question, *, signed: bool) -> None:
+    """Raise SpecError for what the published method cannot do; only verdicts of our own are signed."""
+    wanted = {
+        "--camera": question.camera is not None and question.camera.calibrated,
+        "--overlap": question.overlap,
+        "--cover": question.cover_share is not None,
+        "--track": question.track is not None,
+        "--strength": question.strength is not None,
+        "--level": question.level is not None,
+        "--sign": signed,
+    }
+    for name, asked in wanted.items():
+        if question.published and asked:
+            raise SpecError(f"--pipeline published knows nothing of {name}; leave one of them out")

@@ -20,7 +20,8 @@ from moireid.asbuilt import as_built_from_json, dated_figures
 from moireid.badge import Badge, badge_from_json
 from moireid.errors import RegistryError
 from moireid.names import claim_text, named_by
-from moireid.provenance import AuthorityKey, BadgeHolder, ClaimedBadge, Provenance
+from moireid.provenance import AuthorityKey, BadgeHolder, Provenance
+from moireid.question import Question
 from moireid.registry.bundle.bundle_file import BundleContent, BundlePerson, check_expiry, read_bundle_file
 from moireid.registry.checkpoints.checkpoint import checkpoint_from
 from moireid.registry.checkpoints.cosignature import Quorum
@@ -128,7 +129,7 @@ class Bundle:
     ) -> None:
         self._content.close()
 
-    def claimed(self, claim: str) -> ClaimedBadge:
+    def claimed(self, claim: str) -> Question:
         """Look up the badge that a claim means.
 
         Parameters
@@ -139,7 +140,7 @@ class Bundle:
 
         Returns
         -------
-        ClaimedBadge
+        Question
             A specimen of its layout with the person's name, the seal of its identity, and why it does not count.
 
         Raises
@@ -171,7 +172,7 @@ class Bundle:
             )
         return self._chosen(name, found[0])
 
-    def _chosen(self, claim: str, person: BundlePerson) -> ClaimedBadge:
+    def _chosen(self, claim: str, person: BundlePerson) -> Question:
         """The badge of a person.  Raises: RegistryError if the line chose them, and a namesake's line looks like it."""
         found = self._of(person)
         if claim == person.name or _ID.fullmatch(claim.lower()):
@@ -291,14 +292,19 @@ class Bundle:
         source = f"a layout of bundle {self.path}"
         return [badge_from_json(text, source=source) for text in self._content.layouts()]
 
-    def _of(self, person: BundlePerson) -> ClaimedBadge:
+    def _of(self, person: BundlePerson) -> Question:
         badge = badge_from_json(self._content.layout(person.layout), source=f"a layout of bundle {self.path}")
         as_built = as_built_from_json(person.as_built) if person.as_built else None
         provenance = Provenance("bundle", alike=self._alike(person.name), standing=self.standing)
-        named = replace(badge, name=person.name)
-        earlier = dated_figures(self._content.earlier(person))
-        since = person.as_built_at
-        return ClaimedBadge(named, as_built, person.barred(), provenance, person.seal, since, earlier)
+        return Question(
+            replace(badge, name=person.name),
+            seal=person.seal,
+            as_built=as_built,
+            as_built_at=person.as_built_at,
+            earlier=dated_figures(self._content.earlier(person)),
+            barred=person.barred(),
+            provenance=provenance,
+        )
 
     def _of_id(self, badge_id: str) -> list[BundlePerson]:
         if not _ID.fullmatch(badge_id):

@@ -13,9 +13,9 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from moireid.question import KnownCamera
 from moireid.verifier.camera.distortion import MIDDLE, TakenIn
 from moireid.verifier.camera.fast_poses import NearPoses
-from moireid.verifier.camera.known_camera import KnownCamera
 from moireid.verifier.camera.map_search import Unknown
 from moireid.verifier.camera.page_shape import lifted_px
 from moireid.verifier.camera.page_speed import jumps, lengthened_px, velocity_px_s
@@ -104,13 +104,13 @@ class FilmCamera:
         page_mm: Array,
         times_s: Array,
         image_px: tuple[int, int],
-        focal_px: float | None,
-        known: KnownCamera | None = None,
+        camera: KnownCamera | None = None,
     ) -> None:
         """Parameters: as `fit.fit_camera`."""
-        self._known, self._long_side = known is not None, max(image_px)
-        if known is not None:
-            focal_px = known.focal * self._long_side
+        self._long_side, self._given = max(image_px), camera is not None
+        self._known = camera is not None and camera.calibrated
+        self._usual = FOCAL_PRIOR_RATIO * self._long_side
+        self._guess = camera.focal_px(self._long_side) if camera is not None else self._usual
         self._points, self._times = points_px, times_s
         self._middle = (image_px[0] - 1) / 2.0, (image_px[1] - 1) / 2.0
         #: Where the optical axis meets the picture, from its middle, in long sides of the picture.
@@ -124,7 +124,7 @@ class FilmCamera:
         self._steadied = False
         self.plane = np.column_stack([page_mm - page_mm.mean(axis=0), np.zeros(len(page_mm))])
         #: Frames before which the picture jumps, (T,).
-        self.cuts = jumps(points_px / (focal_px or FOCAL_PRIOR_RATIO * self._long_side), times_s)
+        self.cuts = jumps(points_px / self._guess, times_s)
         self._velocity = velocity_px_s(points_px, times_s, self.cuts)
         apart = (points_px - points_px.mean(axis=1, keepdims=True)) / np.array(image_px, float)
         # Programs rotate films, so the shutter may run down, right, up or left.
@@ -133,15 +133,12 @@ class FilmCamera:
         pictures = different_pictures(points_px)
         some = np.linspace(0, len(pictures) - 1, min(SOLVE_FRAMES, len(pictures))).astype(int)
         self._chosen: Numbers = pictures[np.unique(some)]
-        self._given = focal_px is not None
-        self._usual = FOCAL_PRIOR_RATIO * self._long_side
-        self._guess = focal_px or self._usual
         self._bends = TakenIn(points_px, self._usual)
         self._longer = lengthened_px(points_px, self.plane[:, :2])
         self.focal, self.shutter_s, self.bend = float(self._guess), SHUTTER_PRIOR_S, np.zeros(2)
-        if known is not None:
-            self._take(known)
-        start_px = points_px[self._chosen] if known is None else self._flat(self._chosen)
+        if camera is not None and camera.calibrated:
+            self._take(camera)
+        start_px = self._flat(self._chosen) if self._known else points_px[self._chosen]
         self._start = start_poses(self.plane, start_px, self._guess, self._centre)
         self._start_focal, self._near = float(self._guess), NearPoses(self.plane, self._start)
         #: What a tremor that hides between the frames moves a row that is a picture's height away, over the noise.

@@ -16,8 +16,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from moireid.question import KnownCamera
 from moireid.verifier.camera.fast_poses import lasting_error_px, slow_to_fast
-from moireid.verifier.camera.known_camera import KnownCamera
 from moireid.verifier.camera.map_search import unzoomed, zoom_path
 from moireid.verifier.camera.plane_pose import PlanePoses
 from moireid.verifier.camera.self_calibration import FilmWide
@@ -94,33 +94,32 @@ def fit_camera(
     times_s: Array,
     image_px: tuple[int, int],
     *,
-    focal_px: float | None = None,
-    known: KnownCamera | None = None,
+    camera: KnownCamera | None = None,
 ) -> CameraFit:
     """Poses of all frames, with focal length (unless given), rolling shutter and distortion estimated over the film.
 
-    Parameters: points_px (T, N, 2) pictures of page_mm (N, 2); image_px: width, height; times_s (T,), rising; known: a
-        calibrated camera, of which nothing is estimated, in place of focal_px.
+    Parameters: points_px (T, N, 2) pictures of page_mm (N, 2); image_px: width, height; times_s (T,), rising; camera:
+        what is known of it, which is not estimated.
     Convention: module docstring.
     Returns: CameraFit with T frames.
     Source: maximum a posteriori over reprojection error; the plane's two poses by `plane_pose`.
     """
-    film, final, lasting_px, log_zoom = _solved(points_px, page_mm, times_s, image_px, focal_px, known)
-    camera, errors = _choose(final)
+    film, final, lasting_px, log_zoom = _solved(points_px, page_mm, times_s, image_px, camera)
+    camera_mm, errors = _choose(final)
     tangent_sd = _tangent_sd(film)
-    camera[:, :2] += page_mm.mean(axis=0)
+    camera_mm[:, :2] += page_mm.mean(axis=0)
     return CameraFit(
-        camera,
+        camera_mm,
         errors,
         film.focal,
         film.focal_sd,
-        focal_px is not None or known is not None,
+        camera is not None,
         film.shutter_s,
         tangent_sd,
         film.tangent_error(final),
         film.bend_k1,
         film.bend_k1_sd,
-        focal_px is None and known is None and _at_limit(film.focal / max(image_px)),
+        camera is None and _at_limit(film.focal / max(image_px)),
         (float(film.axis[0]) * max(image_px), float(film.axis[1]) * max(image_px)),
         math.exp(film.stretch),
         math.exp(film.print_aspect),
@@ -139,17 +138,16 @@ def _solved(
     page_mm: Array,
     times_s: Array,
     image_px: tuple[int, int],
-    focal_px: float | None,
-    known: KnownCamera | None,
+    camera: KnownCamera | None,
 ) -> tuple[FilmWide, PlanePoses, float, Array]:
     """The film's camera, all poses, the error that lasts, px, and the zoom's logarithm, (T,), 0 where there is none.
 
     A zoom is looked for only where one camera leaves errors that last, and kept only where it explains them.
     """
-    film = FilmWide(points_px, page_mm, times_s, image_px, focal_px, known).solve()
+    film = FilmWide(points_px, page_mm, times_s, image_px, camera).solve()
     poses, none = film.all_poses(), np.zeros(len(points_px))
     lasting, noise = lasting_error_px(film.residuals_px(poses), times_s, np.cumsum(film.cuts))
-    if focal_px is not None or known is not None or lasting <= MAX_LASTING_PX:
+    if camera is not None or lasting <= MAX_LASTING_PX:
         return film, poses, lasting, none
     # A homography has two residuals more than a pose, which share the noise of all its points.
     frame_px = noise * math.sqrt(len(page_mm) / 2)
@@ -164,7 +162,7 @@ def _solved(
         if path is None:
             return film, poses, lasting, none
         log_zoom = path
-        best = FilmWide(unzoomed(points_px, log_zoom, middle), page_mm, times_s, image_px, None).solve()
+        best = FilmWide(unzoomed(points_px, log_zoom, middle), page_mm, times_s, image_px).solve()
     again = best.all_poses()
     left, _ = lasting_error_px(best.residuals_px(again), times_s, np.cumsum(best.cuts))
     kept = left <= min(MAX_LASTING_PX, (1 - TAKEN_SHARE) * lasting)

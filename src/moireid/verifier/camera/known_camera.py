@@ -16,7 +16,6 @@ from __future__ import annotations
 
 import json
 import math
-from dataclasses import dataclass
 from typing import Any
 
 import cv2
@@ -25,54 +24,16 @@ from numpy.typing import NDArray
 
 from moireid.errors import MediaError, SpecError
 from moireid.files import AnyPath, as_path, read_regular
+from moireid.question import KnownCamera
 from moireid.verifier.camera.distortion import FAR
 
 Array = NDArray[np.float64]
 #: Radii at which two terms are fitted to another model's distortion.
 RADII = 50
-#: Width over height of film and calibration differ by this share at most, else one of them shows a part of the picture.
-SAME_SHAPE_SHARE = 0.01
 #: A shorter focal length is none of a flat picture, whose ends would be 79 degrees aside; mostly it is one in mm.
 LEAST_FOCAL_SHARE = 0.1
 #: Distortion is taken off before pixels are made square, which is wrong by 0.1 % of the slope at this aspect.
 MOST_ASPECT = 1.03
-
-
-@dataclass(frozen=True)
-class KnownCamera:
-    """A calibrated camera, in the convention of this module.
-
-    Parameters
-    ----------
-    size_px : (int, int)
-        Width and height of the pictures that it was calibrated with.
-    focal : float
-        Focal length over the long side, in pixels of the height.
-    axis : (float, float)
-        Where the optical axis meets the picture.
-    aspect : float
-        Focal length along x over that along y, in pixels; 1 for square pixels.
-    k1, k2 : float
-        Radial distortion.
-    """
-
-    size_px: tuple[int, int]
-    focal: float
-    axis: tuple[float, float]
-    aspect: float
-    k1: float
-    k2: float
-
-    def check_size(self, size_px: tuple[int, int]) -> None:
-        """Raise SpecError where a film of another shape shows another part of the picture."""
-        shapes = [math.log(width / height) for width, height in (size_px, self.size_px)]
-        if abs(shapes[0] - shapes[1]) > SAME_SHAPE_SHARE:
-            raise SpecError(
-                "the camera was calibrated with pictures of {}x{} px, and the film has {}x{} px, which is another part "
-                "of them; calibrate with films like this one, or leave the calibration out".format(
-                    *self.size_px, *size_px
-                )
-            )
 
 
 def load_camera(path: AnyPath) -> KnownCamera:
@@ -147,7 +108,7 @@ def _known(size_px: tuple[int, int], matrix: Array, displaced: Any) -> KnownCame
         raise SpecError("the camera file holds a distortion or an axis that is no number; calibrate the camera again")
     (k1, k2), *_ = np.linalg.lstsq(table, bent, rcond=None)
     return KnownCamera(
-        size_px, focal_y / long_side, (float(axis[0]), float(axis[1])), focal_x / focal_y, float(k1), float(k2)
+        focal_y / long_side, size_px, (float(axis[0]), float(axis[1])), focal_x / focal_y, float(k1), float(k2)
     )
 
 

@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 
 from moireid.badge import Badge, Grating
 from moireid.frames import OwnFrame, own_rect
+from moireid.question import KnownCamera
 from moireid.verifier import limits, measuring
 from moireid.verifier.camera.fit import CameraFit, fit_camera
-from moireid.verifier.camera.known_camera import KnownCamera
 from moireid.verifier.camera.page_shape import gain_sd_share
 from moireid.verifier.camera.smoothing import smooth_camera, without_outliers
 from moireid.verifier.camera.stretches import stretch_numbers, within_stretches
@@ -63,8 +63,7 @@ class Measurement:
 def measure(
     track: Track,
     *,
-    focal_px: float | None = None,
-    known: KnownCamera | None = None,
+    camera: KnownCamera | None = None,
     enrolled_maps: Sequence[Sequence[float]] = (),
 ) -> Measurement:
     """Measure a track of at least a few frames.
@@ -73,10 +72,8 @@ def measure(
     ----------
     track : Track
         Of one badge; of its code only the layout is used.
-    focal_px : float, optional
-        Focal length, px, if it is known; otherwise it is estimated.
-    known : KnownCamera, optional
-        A calibrated camera, in place of the focal length.
+    camera : KnownCamera, optional
+        What is known of the camera; all else is estimated.
     enrolled_maps : sequence of sequences of float
         As `AsBuilt.place_maps`; none if the badge was not measured as built.
 
@@ -99,19 +96,19 @@ def measure(
     homogeneous = np.column_stack([page_mm, np.ones(len(page_mm))])
     mapped = np.einsum("tij,nj->tni", track.homographies, homogeneous)
     points_px = mapped[..., :2] / mapped[..., 2:]
-    camera = fit_camera(points_px, page_mm, track.times_s, track.image_px, focal_px=focal_px, known=known)
-    raw_mm, good = without_outliers(camera.camera_mm, camera.reprojection_px, track.times_s)
+    fit = fit_camera(points_px, page_mm, track.times_s, track.image_px, camera=camera)
+    raw_mm, good = without_outliers(fit.camera_mm, fit.reprojection_px, track.times_s)
     stray_share = float(np.mean(~good))
     covered = page_covered(track.correlations)
     good &= ~covered
-    numbers = stretch_numbers(track.times_s, raw_mm[:, :2] / raw_mm[:, 2:], camera.cuts)
-    raw_mm, _ = without_outliers(camera.camera_mm, camera.reprojection_px, track.times_s, numbers)
-    camera_mm = smooth_camera(raw_mm, track.times_s, camera.tangent_error, track.vague, numbers)
+    numbers = stretch_numbers(track.times_s, raw_mm[:, :2] / raw_mm[:, 2:], fit.cuts)
+    raw_mm, _ = without_outliers(fit.camera_mm, fit.reprojection_px, track.times_s, numbers)
+    camera_mm = smooth_camera(raw_mm, track.times_s, fit.tangent_error, track.vague, numbers)
     posed = time.perf_counter()
     strips, maps = measure_strips(track, badge, camera_mm, start_maps(badge, enrolled_maps))
     enlarged, doubt = _small_marker_factors(points_px)
     poses = _Poses(
-        camera,
+        fit,
         camera_mm,
         page_mm,
         *_pose_noise(raw_mm, camera_mm, good),
@@ -126,7 +123,7 @@ def measure(
     stages = {"pose": posed - clock, "fringe": time.perf_counter() - posed}
     phases = tuple(strip.phase if strip else None for strip in strips)
     predictions = tuple(strip.predicted_rad if strip else None for strip in strips)
-    return Measurement(camera, camera_mm, track.times_s, phases, predictions, gratings, maps, stages)
+    return Measurement(fit, camera_mm, track.times_s, phases, predictions, gratings, maps, stages)
 
 
 def page_covered(correlations: Array) -> NDArray[np.bool_]:

@@ -20,7 +20,7 @@ from msgspec import Meta
 from moireid.errors import SpecError
 from moireid.files import open_regular, read_regular
 from moireid.models import check_format, parse_json, read_model
-from moireid.provenance import ClaimedBadge, Standing
+from moireid.provenance import Standing
 from moireid.verifier.reasons import Verdict
 from moireid.version import __version__
 
@@ -133,21 +133,3 @@ def film_asked(path: Path) -> FilmAsked:
             return FilmAsked.of(path.name, hashlib.file_digest(stream, "sha256").hexdigest())
     except OSError as error:
         raise SpecError(f"film {path} cannot be read ({error.strerror}); give another file") from error
-
-
-def check_belongs(receipt: LiveReceipt, found: ClaimedBadge, film: Path) -> None:
-    """Raise SpecError unless a receipt is of a film's claim and registry, and about this film or none."""
-    badge, asked = found.badge, found.provenance.standing
-    if receipt.claim != badge.name:
-        raise SpecError(
-            f"the receipt is of a live check of {receipt.claim!r}, and the film is said to show {badge.name!r}; give "
-            "one of that person"
-        )
-    if None not in (receipt.claim_id, badge.id) and receipt.claim_id != badge.id:
-        raise SpecError(
-            f"the receipt is of another badge of the name {badge.name!r} than the claimed one; choose another"
-        )
-    if receipt.film is not None and receipt.film.sha256 != film_asked(film).sha256:
-        raise SpecError(f"the receipt is about the film {receipt.film.name!r}, which is another; attach it to that one")
-    if receipt.registry is not None and asked is not None and receipt.registry.fingerprint != asked.fingerprint:
-        raise SpecError("the receipt is of a live check by another registry than the film's; check both by one")

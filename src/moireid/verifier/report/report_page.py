@@ -11,13 +11,14 @@ import base64
 import json
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from importlib import resources
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import cv2
+import msgspec
+from msgspec import Meta
 
 from moireid.files import AnyPath, as_path, planned, write_text
 from moireid.verifier.report.circumstances import Circumstances, claimed_in, moment_words
@@ -38,13 +39,20 @@ NAME = re.compile(r"(?:law|rival)(?:-narrow)?\.svg|plot[0-9]{1,2}\.svg|badge\.pn
 KINDS = {"svg": "image/svg+xml", "png": "image/png", "jpg": "image/jpeg"}
 
 
-@dataclass(frozen=True)
-class Pictures:
-    """Contents by name, titles of the plots for experts in the order of their numbers, and the frame's time, s."""
+class Pictures(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Contents by name, titles of the plots for experts in the order of their numbers, the frame's time, s, and the
+    signals as CSV.
+    """
 
-    files: Mapping[str, bytes] = field(default_factory=dict)
-    plots: tuple[str, ...] = ()
+    files: dict[Annotated[str, Meta(pattern=rf"^(?:{NAME.pattern})\Z")], bytes] = {}
+    plots: Annotated[tuple[str, ...], Meta(max_length=100)] = ()
     frame_s: float | None = None
+    signals: str = ""
+
+    def __post_init__(self) -> None:
+        """Raises: ValueError where a plot has no picture."""
+        if any(f"plot{number}.svg" not in self.files for number in range(len(self.plots))):
+            raise ValueError("a plot has no picture")
 
 
 def pictures_of(report: Report) -> Pictures:
@@ -60,7 +68,7 @@ def pictures_of(report: Report) -> Pictures:
     moment = moment_to_show(report)
     if (shown := frame_picture(report, moment)) is not None:
         files[FRAME] = shown
-    return Pictures(files, tuple(title for title, _ in plots), moment.time_s)
+    return Pictures(files, tuple(title for title, _ in plots), moment.time_s, report.signals().to_csv())
 
 
 #: What was checked, in plain words.
@@ -112,30 +120,24 @@ def write_report(
         If a file would be replaced.
     """
     shown, known = pictures or pictures_of(report), known or Circumstances(datetime.now(UTC))
-    return write_pages(report.to_json(), shown, signals_csv(report), known, folder, overwrite=overwrite)
+    return write_pages(report.to_json(), shown, known, folder, overwrite=overwrite)
 
 
 def write_pages(
     document: Mapping[str, Any],
     pictures: Pictures,
-    signals: str,
     known: Circumstances,
     folder: AnyPath,
     *,
     overwrite: bool,
 ) -> list[Path]:
-    """Write the files of `write_report` from a report's JSON, its pictures and its signals as CSV."""
+    """Write the files of `write_report` from a report's JSON, its pictures and its signals."""
     paths = report_paths(folder)
     planned(paths, overwrite=overwrite)
     shown = json.dumps(document, indent=1, ensure_ascii=False) + "\n"
-    for path, text in zip(paths, (render_page(document, pictures, known), shown, signals), strict=True):
+    for path, text in zip(paths, (render_page(document, pictures, known), shown, pictures.signals), strict=True):
         write_text(path, text)
     return paths
-
-
-def signals_csv(report: Report) -> str:
-    """Time, camera and phases of the frames in the report's plots, one line each; only the header if there are none."""
-    return report.signals().to_csv()
 
 
 def page_context(

@@ -14,6 +14,7 @@ from concurrent.futures import Executor, Future
 from dataclasses import dataclass, field
 from typing import Any
 
+from moireid.question import Question
 from moireid.verifier.measuring import SPELL_S
 from moireid.verifier.reasons import Reason, Verdict, json_number, worst
 from moireid.verifier.session.chapters import (
@@ -25,7 +26,6 @@ from moireid.verifier.session.chapters import (
     judge_chapter,
     judge_marked,
 )
-from moireid.verifier.session.claim import Claim
 from moireid.verifier.session.cover import Span, outside
 from moireid.verifier.session.threads import return_freed_memory
 from moireid.verifier.tracking.badge_tracker import BadgeTracker
@@ -64,7 +64,7 @@ class ChapterTracker:
     `judge_marked`.
     """
 
-    claim: Claim
+    question: Question
     tracker: BadgeTracker
     done: list[Chapter] = field(default_factory=list)
     repeated: int = 0
@@ -90,9 +90,9 @@ class ChapterTracker:
         self.settle()
         track = self.tracker.take(keep)
         if self.executor is not None and keep:
-            self._pending = self.executor.submit(_judged, track, self.claim, self.repeated, self.marks)
+            self._pending = self.executor.submit(_judged, track, self.question, self.repeated, self.marks)
         else:
-            self._take_in(_judged(track, self.claim, self.repeated, self.marks))
+            self._take_in(_judged(track, self.question, self.repeated, self.marks))
         self.repeated = keep
 
     def _take_in(self, chapter: Chapter) -> None:
@@ -119,7 +119,7 @@ class ChapterTracker:
 
     def rank(self) -> tuple[bool, int, float]:
         """Sort key: the badge of least rank counts first.  Source: the policy above, on the chapters so far."""
-        if all(found != self.claim.id_if_read(found) for found in self.read()):
+        if all(found != self.question.id_if_read(found) for found in self.read()):
             return True, 0, -self.tracker.shown
         return False, ORDER[self.verdict], -self.tracker.shown
 
@@ -167,12 +167,12 @@ class ChapterTracker:
         return {"frame": first.frame, "time_s": json_number(first.time_s), "corners_px": places}
 
 
-def _judged(track: Track, claim: Claim, repeated: int, marks: Sequence[int]) -> Chapter:
+def _judged(track: Track, question: Question, repeated: int, marks: Sequence[int]) -> Chapter:
     """Judge a chapter, and return the memory that this took to the system."""
     if any(marks):
-        chapter = judge_marked(track, claim, repeated, marks)
+        chapter = judge_marked(track, question, repeated, marks)
     else:
-        chapter = judge_chapter(track, claim, repeated=repeated)
+        chapter = judge_chapter(track, question, repeated=repeated)
     return_freed_memory()
     return chapter
 

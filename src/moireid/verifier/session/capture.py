@@ -15,11 +15,10 @@ from moireid.asbuilt import AsBuilt, merge
 from moireid.badge import Badge
 from moireid.errors import DesignError, MediaError
 from moireid.files import AnyPath
-from moireid.verifier.camera.known_camera import KnownCamera
+from moireid.question import KnownCamera, Question
 from moireid.verifier.decision.judge import Invariant
 from moireid.verifier.fringes.signals import Measurement
 from moireid.verifier.identity.compare_built import agree, filmed_built
-from moireid.verifier.session.claim import Claim
 from moireid.verifier.session.film import verify
 from moireid.verifier.session.refusal import build_findings
 from moireid.verifier.session.result import Report
@@ -31,7 +30,6 @@ def capture_as_built(
     videos: Sequence[AnyPath],
     badge: Badge,
     *,
-    focal_px: float | None = None,
     camera: KnownCamera | None = None,
     measured_scale: float | None = None,
     track: int | None = None,
@@ -39,7 +37,7 @@ def capture_as_built(
 ) -> AsBuilt:
     """As-built figures of `badge` from one or more films of it.
 
-    Parameters: focal_px, camera: as in `Claim`; measured_scale: length of the scale bar by a ruler over its nominal
+    Parameters: camera: as in `Question`; measured_scale: length of the scale bar by a ruler over its nominal
         length; it is only recorded; track: of each film, as in `verify`.
     Convention: as `AsBuilt`.
     Raises: MediaError if a film cannot be read or does not show this badge in motion; DesignError for a board
@@ -50,8 +48,8 @@ def capture_as_built(
         raise DesignError("a board without an identity cannot be enrolled as built; print a badge with one")
     parts = []
     for video in videos:
-        claim = Claim(badge, badge.id, focal_px, camera=camera, enrolling=True)
-        report = verify(video, claim, track=track, progress=progress)
+        question = Question(badge, badge.id, camera=camera, track=track, enrolling=True)
+        report = verify(video, question, progress=progress)
         built = built_in(report)
         if built is None:
             raise MediaError(

@@ -19,6 +19,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from moireid.question import Question
 from moireid.verifier.damage import CLAIMED
 from moireid.verifier.decision.judge import Invariant, Segment, gain_of, judge_segments, judge_signals
 from moireid.verifier.decision.sheet_gain import DESIGNED, SheetGain
@@ -29,7 +30,7 @@ from moireid.verifier.identity.compare_built import Comparison, compare_built, f
 from moireid.verifier.identity.decode import Identity, judge_identity
 from moireid.verifier.limits import MAX_DOUBTFUL_SHARE, MAX_RIVAL_LOG10, MIN_FRAMES
 from moireid.verifier.reasons import Level, Reason, Verdict, worst
-from moireid.verifier.session.claim import Claim
+from moireid.verifier.session.claim import least_strength, sheet_of
 from moireid.verifier.session.cover import Span, judged_spans, seen_spans
 from moireid.verifier.tracking.track import Track
 
@@ -47,7 +48,6 @@ FIGURES_NOT_SHOWN = (
     "The film does not show whether its figures are those measured at enrolment. Film the badge nearer and with more "
     "motion, or do not require them."
 )
-NOT_ENROLLED = "This badge was not measured as built, so a copy looks the same. Enroll it with a film of it."
 
 
 @dataclass(frozen=True)
@@ -99,13 +99,13 @@ class Chapter:
         return replace(self, track=None, measurement=None, earlier=earlier, claimed=claimed)
 
 
-def judge_marked(track: Track, claim: Claim, repeated: int, marks: Sequence[int]) -> Chapter:
+def judge_marked(track: Track, question: Question, repeated: int, marks: Sequence[int]) -> Chapter:
     """As `judge_chapter`, without damaged frames; marks: of each frame of the film, as `DamageWatch.marks`."""
     mark = np.array([marks[number] for number in track.frame_numbers], int)
 
     def judged(most: int) -> Chapter:
         kept = mark <= most
-        return judge_chapter(track.only(kept), claim, repeated=int(kept[:repeated].sum()))
+        return judge_chapter(track.only(kept), question, repeated=int(kept[:repeated].sum()))
 
     chapter = judged(CLAIMED)
     if (mark == CLAIMED).any() and _verdict(chapter) == "reject":
@@ -122,16 +122,16 @@ def _verdict(chapter: Chapter) -> Verdict:
     return worst([*chapter.invariant.reasons, *chapter.identity.reasons, *chapter.built_reasons])
 
 
-def judge_chapter(track: Track, claim: Claim, *, repeated: int = 0) -> Chapter:
+def judge_chapter(track: Track, question: Question, *, repeated: int = 0) -> Chapter:
     """Steps 1 to 5 for a track, whose first `repeated` frames were in the last chapter too.
 
     Convention: as `film.verify`.
     Source: module docstring.
     """
-    chapter = _judged_by(track, claim, repeated)
+    chapter = _judged_by(track, question, repeated)
     if not chapter.signals or chapter.identity.built == "agrees":
         return chapter
-    return replace(chapter, earlier=tuple(_judged_by(track, one, repeated) for one in claim.earlier_claims()))
+    return replace(chapter, earlier=tuple(_judged_by(track, one, repeated) for one in question.by_earlier()))
 
 
 def by_figures_that_agree(chapters: Sequence[Chapter]) -> list[Chapter]:
@@ -148,20 +148,20 @@ def by_figures_that_agree(chapters: Sequence[Chapter]) -> list[Chapter]:
     return list(chapters)
 
 
-def _judged_by(track: Track, claim: Claim, repeated: int) -> Chapter:
+def _judged_by(track: Track, question: Question, repeated: int) -> Chapter:
     """Steps 1 to 4."""
-    chapter = _unjudged(track, claim, repeated)
+    chapter = _unjudged(track, question, repeated)
     if track.tracked < MIN_FRAMES or track.tracked == repeated:
         return chapter
-    sheet = claim.sheet
-    maps = claim.as_built.place_maps if claim.as_built else ()
-    measured = measure(track, focal_px=claim.focal_px, known=claim.camera, enrolled_maps=maps)
+    sheet = sheet_of(question)
+    maps = question.as_built.place_maps if question.as_built else ()
+    measured = measure(track, camera=question.camera, enrolled_maps=maps)
     measurement = measured.under(sheet.expected)
     stages = track.stages_s | measurement.stages_s
     clock = time.perf_counter()
-    identity = judge_identity(track, measurement, claimed_id=claim.badge_id, seal=claim.seal)
-    compared = _compared_built(track, measurement, identity, claim)
-    constant = compared.constant_room_rad if compared is not None and claim.original_required else None
+    identity = judge_identity(track, measurement, claimed_id=question.badge_id, seal=question.seal)
+    compared = _compared_built(track, measurement, identity, question)
+    constant = compared.constant_room_rad if compared is not None and question.original_required else None
     stages["identity"] = time.perf_counter() - clock
     clock = time.perf_counter()
     invariant = judge_signals(
@@ -170,11 +170,11 @@ def _judged_by(track: Track, claim: Claim, repeated: int) -> Chapter:
         constant_room_rad=constant,
         code_apart=identity.rows_apart,
         page_off=identity.page_off,
-        least_strength=claim.strength,
+        least_strength=least_strength(question),
     )
     segments = judge_segments(measurement, repeated, sheet)
     stages["invariant"] = time.perf_counter() - clock
-    identity, built_reasons = _judge_built(identity, compared, invariant, claim)
+    identity, built_reasons = _judge_built(identity, compared, invariant, question)
     signals = tuple(signal.part(slice(repeated, None)) for signal in measurement.gratings)
     return replace(
         chapter,
@@ -190,9 +190,9 @@ def _judged_by(track: Track, claim: Claim, repeated: int) -> Chapter:
     )
 
 
-def _unjudged(track: Track, claim: Claim, repeated: int) -> Chapter:
+def _unjudged(track: Track, question: Question, repeated: int) -> Chapter:
     """A chapter of which nothing is known but its frames."""
-    times, identity = track.times_s, Identity("unreadable" if claim.names_someone else "not_claimed", ())
+    times, identity = track.times_s, Identity("unreadable" if question.names_someone else "not_claimed", ())
     return Chapter(
         track.frames_read,
         track.tracked - repeated,
@@ -202,7 +202,7 @@ def _unjudged(track: Track, claim: Claim, repeated: int) -> Chapter:
         dict(track.stages_s),
         track,
         Invariant("inconclusive", (_badge_absent(track),)),
-        replace(identity, claimed_id=claim.badge_id),
+        replace(identity, claimed_id=question.badge_id),
     )
 
 
@@ -283,47 +283,49 @@ def _broken_chapter(chapter: Chapter) -> Reason | None:
     return replace(why, text=f"Between {start:.0f} and {end:.0f} s: {why.text}")
 
 
-def _compared_built(track: Track, measurement: Measurement, identity: Identity, claim: Claim) -> Comparison | None:
+def _compared_built(
+    track: Track, measurement: Measurement, identity: Identity, question: Question
+) -> Comparison | None:
     """The film's figures compared with those of enrolment; None if there are none, or another badge is shown."""
     gain = gain_of(measurement.gratings)
-    if claim.as_built is None or identity.verdict != "match" or gain is None:
+    if question.as_built is None or identity.verdict != "match" or gain is None:
         return None
-    expected = claim.sheet.expected
+    expected = sheet_of(question).expected
     filmed = filmed_built(track, measurement, expected * gain[0], expected * gain[1])
     apart = {"apart_rad": filmed.apart_rad, "apart_sd": filmed.apart_sd}
-    return compare_built(filmed.as_built, claim.as_built, track.badge, **apart)
+    return compare_built(filmed.as_built, question.as_built, track.badge, **apart)
 
 
 def _judge_built(
-    identity: Identity, compared: Comparison | None, invariant: Invariant, claim: Claim
+    identity: Identity, compared: Comparison | None, invariant: Invariant, question: Question
 ) -> tuple[Identity, tuple[Reason, ...]]:
     """The identity with the result for the badge as built, and the findings on that.
 
     Convention: if the law does not explain the fringes, their constants are no figures of a badge.
     """
-    as_built = claim.as_built
+    as_built = question.as_built
     if as_built is not None:
         identity = replace(identity, expected_beat_period_mm=as_built.beat_period_mm)
     reasons: tuple[Reason, ...] = ()
     if compared is not None and invariant.law_fits:
-        identity = replace(identity, built=compared.built, built_since=claim.as_built_at)
+        identity = replace(identity, built=compared.built, built_since=question.as_built_at)
         reasons = compared.reasons
-        if claim.replaced_at is not None and compared.built == "agrees":
-            reasons = (*reasons, _by_earlier(claim))
-    if not claim.original_required or identity.verdict != "match":
+        if question.replaced_at is not None and compared.built == "agrees":
+            reasons = (*reasons, _by_earlier(question))
+    if not question.original_required or identity.verdict != "match":
         return identity, reasons
     level: Level = "pass" if identity.built == "agrees" else "fail" if identity.built == "differs" else "undecided"
     text = {
         "agrees": "The figures of this film are those measured at enrolment; a badge that was built anew has others.",
         "differs": "The figures of this film are not those measured at enrolment, as of a copy that was built anew.",
-    }.get(identity.built, FIGURES_NOT_SHOWN if as_built else NOT_ENROLLED)
+    }.get(identity.built, FIGURES_NOT_SHOWN)
     if as_built is not None and as_built.witnessed:
         text += " Those of enrolment were seen in a live check, whose prompts the badge followed."
     return identity, (*reasons, Reason("built", level, identity.built, "agrees", "", text))
 
 
-def _by_earlier(claim: Claim) -> Reason:
-    since, until = (str(at)[:10] for at in (claim.as_built_at, claim.replaced_at))
+def _by_earlier(question: Question) -> Reason:
+    since, until = (str(at)[:10] for at in (question.as_built_at, question.replaced_at))
     text = (
         f"The figures of this film are those on record since {since}. Others took their place on {until}; those of "
         "before still count, as a film's own date proves nothing."

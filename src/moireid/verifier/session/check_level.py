@@ -9,11 +9,11 @@ What a forger needs to pass each is the table "What it takes to pass" in THREATS
 
 from __future__ import annotations
 
-from typing import Literal, get_args
+from typing import get_args
 
+from moireid.question import CheckLevel
 from moireid.verifier.reasons import Reason, Verdict
 
-CheckLevel = Literal["record", "enrolled", "live"]
 LEVELS: tuple[CheckLevel, ...] = get_args(CheckLevel)
 #: What to do where a level is not reached.
 MISSING: dict[CheckLevel, str] = {
@@ -40,12 +40,12 @@ def level_reached(verdict: Verdict, built: str, *, challenged: bool = False) -> 
     return "live" if challenged else "enrolled" if built == "agrees" else "record"
 
 
-def level_finding(asked: CheckLevel, reached: CheckLevel | None, built: str) -> tuple[Reason, ...]:
+def level_finding(asked: CheckLevel | None, reached: CheckLevel | None, built: str) -> tuple[Reason, ...]:
     """A finding if more was asked for than was reached; a level that is always reached asks for nothing.
 
     Parameters: built: as in `level_reached`.  A live check of a printed copy does not reach what enrolment would show.
     """
-    if asked == "record":
+    if asked in (None, "record"):
         return ()
     rank = -1 if reached is None else LEVELS.index(reached)
     if rank >= LEVELS.index(asked) and (asked == "live" or built == "agrees"):

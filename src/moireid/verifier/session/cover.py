@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from moireid.verifier.camera.smoothing import unbroken
 from moireid.verifier.camera.stretches import longest_step_s
 from moireid.verifier.fringes.grating_signal import GratingSignal
-from moireid.verifier.limits import MIN_PRESENT_SHARE, REST_RAD
+from moireid.verifier.limits import MIN_COVER_SHARE, MIN_PRESENT_SHARE, REST_RAD
 from moireid.verifier.reasons import Level, Reason, json_number
 
 Array = NDArray[np.float64]
@@ -146,8 +146,12 @@ def within(span: Span, spans: Sequence[Span]) -> tuple[Span, ...]:
     return tuple(part for part in parts if part[1] > part[0])
 
 
-def cover_findings(cover: Cover, least: float) -> tuple[Reason, ...]:
-    """Whether enough of the film is judged, and whether the badge is there throughout; least: share, 0 to 1."""
+def cover_findings(cover: Cover, least: float | None = None) -> tuple[Reason, ...]:
+    """Whether enough of the film is judged, and whether the badge is there throughout.
+
+    Parameters: least: share of the film, 0 to 1; None for `MIN_COVER_SHARE`.
+    """
+    least = MIN_COVER_SHARE if least is None else least
     if cover.present_share >= MIN_PRESENT_SHARE:
         return (_cover_finding(cover, least),)
     text = (

@@ -5,7 +5,7 @@
 3. Estimate the camera: focal length, shutter, and one smoothed pose per frame.
 4. Measure the fringe phase of every strip, and predict it from the optics.
 5. Judge the motion invariant.
-6. Decode the identity, and compare it with the claim.
+6. Decode the identity, and compare it with the question.
 7. If the badge was enrolled as built: are the figures of the film those of enrolment?
 8. Give the verdict with its reasons.
 
@@ -29,13 +29,13 @@ from threadpoolctl import threadpool_limits
 from moireid.badge import Badge
 from moireid.files import AnyPath
 from moireid.frames import axis_words
-from moireid.provenance import Exclusion
+from moireid.question import Question
 from moireid.verifier.damage import claimed_finding
 from moireid.verifier.fringes.signals import Measurement
-from moireid.verifier.reasons import Reason, worst
+from moireid.verifier.reasons import worst
 from moireid.verifier.session.chapters import Chapter, identity_of, invariant_of
 from moireid.verifier.session.check_level import level_finding, level_reached
-from moireid.verifier.session.claim import Claim, claim_reasons
+from moireid.verifier.session.claim import barred_finding, claim_reasons, least_strength
 from moireid.verifier.session.cover import cover_findings
 from moireid.verifier.session.overlap import OverlapWatch
 from moireid.verifier.session.result import Report
@@ -44,16 +44,8 @@ from moireid.verifier.tracking.track import no_track
 from moireid.verifier.video import Film, Progress, one_thread
 
 
-def verify(
-    video: AnyPath,
-    claim: Claim,
-    *,
-    barred: Exclusion | None = None,
-    overlap: bool = False,
-    track: int | None = None,
-    progress: Progress | None = None,
-) -> Report:
-    """Verify a film against a claim, in this process.
+def verify(video: AnyPath, question: Question, *, progress: Progress | None = None) -> Report:
+    """Verify a film against a question, in this process.
 
     A film made to take over its decoder then has this process's rights, and nothing limits its memory and time; the
     commands read films in a sealed process (`moireid.reading`).
@@ -62,14 +54,8 @@ def verify(
     ----------
     video : str or Path
         The film.
-    claim : Claim
-        The badge, the identity that must be read, and what else is known about them.
-    barred : Exclusion, optional
-        Why the claimed badge does not count, if it does not.
-    overlap : bool
-        Require that the badge passes in front of the face and obeys the law there (`overlap`).
-    track : int, optional
-        The video track to judge, as `Film.described` numbers them; a film of several is inconclusive without it.
+    question : Question
+        The badge, the identity that must be read, what else is known about them, and what an acceptance needs.
     progress : callable, optional
         Called with the number of frames read, and the number expected (None if the file does not state it).
 
@@ -81,7 +67,7 @@ def verify(
     Raises
     ------
     SpecError
-        The badge cannot be read at all.
+        The badge cannot be read at all; or the question asks for what is not possible.
     CodeError
         This version cannot read the badge's code.
     MediaError
@@ -95,13 +81,14 @@ def verify(
     Source: the steps and the policy are those of the module docstring.
     """
     begun = time.perf_counter()
-    film = Film(video, track=track)  # 1
-    if claim.camera is not None:
-        claim.camera.check_size((film.width, film.height))
+    least_strength(question)
+    film = Film(video, track=question.track)  # 1
+    if question.camera is not None:
+        question.camera.check_size((film.width, film.height))
     # The matrices are small: a second BLAS thread waits far longer than it works, and costs half
     # of a verification's time.
     with threadpool_limits(limits=1, user_api="blas"):
-        seen = _read(film, claim, overlap, progress)
+        seen = _read(film, question, progress)
     invariant = invariant_of(seen.chapters)
     identity, built_reasons = identity_of(seen.chapters)
     reasons = invariant.reasons + identity.reasons + built_reasons + seen.verifier.others + seen.verifier.restarts
@@ -118,13 +105,13 @@ def verify(
     cover = seen.verifier.cover
     tracked, passed = (sum(getattr(chapter, name) for chapter in seen.chapters) for name in ("tracked", "passed"))
     if tracked:
-        reasons += (*cover_findings(cover, claim.cover_share), *seen.verifier.long_unsearched)
+        reasons += (*cover_findings(cover, question.cover_share), *seen.verifier.long_unsearched)
     if film.tracks.judged:
-        reasons += claim_reasons(claim, identity)
-    if barred is not None:
-        reasons += (Reason(barred.code, "fail", barred.reason, None, "", barred.text),)
+        reasons += claim_reasons(question, identity)
+    if question.barred is not None:
+        reasons += (barred_finding(question.barred),)
     level = level_reached(worst(list(reasons)), identity.built)
-    reasons += level_finding(claim.level, level, identity.built)
+    reasons += level_finding(question.level, level, identity.built)
     verdict = worst(list(reasons))  # 8
     timing = {
         "total_s": round(time.perf_counter() - begun, 4),
@@ -144,15 +131,15 @@ def verify(
             "damaged": film.damage.damaged,
         },
         timing,
-        _left_out(claim.badge, film, shown.measurement, seen.verifier.unsearched, passed),
-        shown.track or no_track(claim.badge, seen.read, (film.width, film.height)),
+        _left_out(question.badge, film, shown.measurement, seen.verifier.unsearched, passed),
+        shown.track or no_track(question.badge, seen.read, (film.width, film.height)),
         shown.measurement,
         segments=tuple(segment for chapter in seen.chapters for segment in chapter.segments),
         region=judged.region(film.reduced_by),
         overlap=overlapped,
         cover=cover,
-        claim_source=claim.provenance.source if claim.provenance else None,
-        registry=claim.provenance.standing if claim.provenance else None,
+        claim_source=question.provenance.source,
+        registry=question.provenance.standing,
         level=level,
     )
 
@@ -168,15 +155,15 @@ class _DecodedFilm:
     stages: dict[str, float]
 
 
-def _read(film: Film, claim: Claim, overlap: bool, progress: Progress | None) -> _DecodedFilm:
+def _read(film: Film, question: Question, progress: Progress | None) -> _DecodedFilm:
     """Steps 2 to 7: push the film into a verifier, frame by frame."""
-    watch = OverlapWatch() if overlap else None
+    watch = OverlapWatch() if question.overlap else None
     read, stages = 0, {"decode": 0.0} | ({"face": 0.0} if watch else {})
     # A thread judges the chapters, unless the process may use only one; none is started before it is needed.
     with ThreadPoolExecutor(1, "chapters") as thread:
         executor = None if one_thread() else thread
         verifier = Verifier(
-            claim, running=False, chapter_executor=executor, reduced_by=film.reduced_by, marks=film.damage.marks
+            question, running=False, chapter_executor=executor, reduced_by=film.reduced_by, marks=film.damage.marks
         )
         clock = time.perf_counter()
         # Decoding runs in parallel, so this counts only the time that the loop waits for a frame.

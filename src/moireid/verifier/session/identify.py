@@ -15,10 +15,9 @@ from moireid.badge import Badge
 from moireid.errors import CodeError, SpecError
 from moireid.files import AnyPath
 from moireid.idcodes import PartialWord
-from moireid.verifier.camera.known_camera import KnownCamera
+from moireid.question import KnownCamera, Question
 from moireid.verifier.identity.decode import Identity
 from moireid.verifier.reasons import Reason
-from moireid.verifier.session.claim import Claim
 from moireid.verifier.session.film import verify
 from moireid.verifier.session.result import Report
 from moireid.verifier.video import Film, Progress
@@ -78,7 +77,6 @@ def identify(
     layouts: Iterable[Badge],
     enrolled: EnrolledPeople,
     *,
-    focal_px: float | None = None,
     camera: KnownCamera | None = None,
     track: int | None = None,
     progress: Progress | None = None,
@@ -93,10 +91,8 @@ def identify(
         One badge of each layout that is enrolled.
     enrolled : EnrolledPeople
         Answers whether an id is enrolled, and which ids are alike; `moireid.registry.People` is one.
-    focal_px : float, optional
-        Focal length of the film's camera, px; None if it is not known.
     camera : KnownCamera, optional
-        A calibration of the film's camera, in place of its focal length.
+        What is known of the film's camera.
     track : int, optional
         The video track to judge, as in `verify`.
     progress : callable, optional
@@ -116,7 +112,7 @@ def identify(
     -----
     Convention: "found" needs an enrolled id, decoded or found by `PartialWord`, *and* the invariant.  "nobody" is a
     readable badge that is not enrolled, or fringes that break the law.
-    Source: `verify` without a claim, once for each layout.
+    Source: `verify` without a question, once for each layout.
     """
     order = {"found": 0, "nobody": 1, "inconclusive": 2}
     outcomes = []
@@ -125,8 +121,7 @@ def identify(
         camera.check_size((film.width, film.height))
     for layout in layouts:
         try:
-            claim = Claim(layout, focal_px=focal_px, camera=camera)
-            report = verify(video, claim, track=track, progress=progress)
+            report = verify(video, Question(layout, camera=camera, track=track), progress=progress)
         except (SpecError, CodeError) as error:
             # One unreadable badge in the registry must not hide all others.
             text = f"One badge layout in the registry cannot be checked: {error}."
@@ -143,7 +138,7 @@ def identify(
 
 
 def judge(report: Report, enrolled: EnrolledPeople) -> Identification:
-    """The finding of one layout's report, made without a claim."""
+    """The finding of one layout's report, made without a question."""
     invariant = report.invariant
     if invariant.verdict == "reject":
         text = "The fringes do not move as a real badge's do, so the film shows no enrolled badge."

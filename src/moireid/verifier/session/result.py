@@ -13,12 +13,12 @@ from moireid.badge import Badge
 from moireid.lazy import from_room
 from moireid.names import line_of
 from moireid.provenance import Source, Standing
+from moireid.question import CheckLevel
 from moireid.verifier.decision.judge import Invariant, Segment
 from moireid.verifier.explanations.strength import strength_json
 from moireid.verifier.fringes.signals import Measurement
 from moireid.verifier.identity.decode import Identity
 from moireid.verifier.reasons import Reason, Verdict, json_number, worst
-from moireid.verifier.session.check_level import CheckLevel
 from moireid.verifier.session.cover import Cover
 from moireid.verifier.signal_table import PHASES, SignalTable
 from moireid.verifier.timeline import Spans

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
+from moireid.question import CheckLevel, KnownCamera, Question
 from moireid.verifier.limits import MIN_FRAMES, WINDOW_FRAMES
 from moireid.verifier.measuring import FOCAL_KEPT_SHARE, MAX_UNSEARCHED_S
 from moireid.verifier.picture import Frame
@@ -32,7 +33,6 @@ from moireid.verifier.session.badge_session import (
     reasons_of,
 )
 from moireid.verifier.session.chapters import CHAPTER_FRAMES, OVERLAP_FRAMES, Chapter, judge_chapter
-from moireid.verifier.session.claim import Claim
 from moireid.verifier.session.cover import Cover, cover_of
 from moireid.verifier.session.threads import BackgroundExecutor
 from moireid.verifier.timeline import FilmTime, restart_findings
@@ -85,7 +85,7 @@ class Verifier:
 
     def __init__(
         self,
-        claim: Claim,
+        question: Question,
         *,
         running: bool = True,
         aside: Executor | None = None,
@@ -97,7 +97,7 @@ class Verifier:
 
         Parameters
         ----------
-        claim : Claim
+        question : Question
             What the film is checked against.
         running : bool
             Make running verdicts; they are not needed for a film that is judged at its end.
@@ -108,7 +108,7 @@ class Verifier:
         chapter_executor : Executor, optional
             Judges the chapters of a long film while `push` goes on; the results are the same.  None: use `aside`.
         reduced_by : int
-            Width of one pixel of the pushed frames in pixels of the film, as `Film.reduced_by`; the claim's focal
+            Width of one pixel of the pushed frames in pixels of the film, as `Film.reduced_by`; a known focal
             length and the places in findings are in pixels of the film.
         marks : sequence of int
             Which frames are damaged, by their index, as `DamageWatch.marks`; it grows while frames are pushed.
@@ -124,14 +124,14 @@ class Verifier:
             importlib.import_module("scipy.special")
         self._pending: Future[Running] | None = None
         self._begun = 0.0
-        if claim.focal_px is not None:
-            claim = replace(claim, focal_px=claim.focal_px / reduced_by)
-        self._claim, self._running, self._reduced_by = claim, running, reduced_by
+        if question.camera is not None:
+            question = replace(question, camera=question.camera.reduced(reduced_by))
+        self._question, self._running, self._reduced_by = question, running, reduced_by
         self._times = FilmTime()
         self._first_s, self._pushed = math.inf, 0
         #: Time of the last frame, on a clock that never goes back.
         self.now_s = 0.0
-        self._view = SceneTracker(claim.badge)
+        self._view = SceneTracker(question.badge)
         self._chapter_executor = chapter_executor if chapter_executor is not None else aside
         self._marks = marks
         self._lines = [self._new_line(self._view.trackers[0])]
@@ -141,7 +141,7 @@ class Verifier:
         self._gone_broken: list[BrokenBadge] = []
         self._kept: list[ChapterTracker] = []
         self._due_s: float | None = None
-        self._focal_px, self._focal_frames = claim.focal_px, 0
+        self._camera, self._focal_frames = question.camera, 0
 
     @property
     def judged(self) -> ChapterTracker:
@@ -298,7 +298,7 @@ class Verifier:
             self._lines.append(self._new_line(tracker))
 
     def _new_line(self, tracker: BadgeTracker) -> ChapterTracker:
-        return ChapterTracker(self._claim, tracker, executor=self._chapter_executor, marks=self._marks)
+        return ChapterTracker(self._question, tracker, executor=self._chapter_executor, marks=self._marks)
 
     def _looks(self) -> list[tuple[ChapterTracker, Track]]:
         """The last frames of the badges that are in view now."""
@@ -320,7 +320,7 @@ class Verifier:
             )
             reason = Reason("badge_absent", "undecided", float(most), float(MIN_FRAMES), "frames", text)
             return Running(now_s, (now_s, now_s), "inconclusive", (reason,), most)
-        lines = [ChapterTracker(self._claim, line.tracker, [chapter]) for line, chapter in chapters]
+        lines = [ChapterTracker(self._question, line.tracker, [chapter]) for line, chapter in chapters]
         broken = [one for line in lines for one in line.broken(self._reduced_by)]
         judged = judged_badge(lines, broken)
         read = set[str]().union(*(line.read() for line in lines if line is not judged))
@@ -331,12 +331,12 @@ class Verifier:
 
     def _judged_now(self, track: Track) -> Chapter:
         # Estimating the focal length is half of the work, so it is repeated only when there are twice as many frames.
-        anew = self._claim.focal_px is None and track.tracked >= 2 * self._focal_frames
-        focal_px = None if anew else self._focal_px
-        # A few seconds mostly do not show the figures of enrolment; unless they are required, only the end checks them.
-        required = self._claim.require_original or False
-        asked = replace(self._claim, focal_px=focal_px, require_original=required, earlier=())
+        anew = self._question.camera is None and track.tracked >= 2 * self._focal_frames
+        camera = None if anew else self._camera
+        # A few seconds mostly do not show the figures of enrolment; unless asked for, only the end checks them.
+        level: CheckLevel = "enrolled" if self._question.level == "enrolled" else "record"
+        asked = replace(self._question, camera=camera, level=level, earlier=())
         chapter = judge_chapter(track, asked)
         if anew and chapter.measurement is not None and max(chapter.measurement.camera.tangent_sd) < FOCAL_KEPT_SHARE:
-            self._focal_px, self._focal_frames = chapter.measurement.camera.focal_px, track.tracked
+            self._camera, self._focal_frames = KnownCamera(chapter.measurement.camera.focal_px), track.tracked
         return chapter

@@ -22,11 +22,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from moireid.question import Question
 from moireid.verifier.picture import Frame, Picture, as_picture
 from moireid.verifier.reasons import Reason, worst
 from moireid.verifier.session.chapters import identity_of, invariant_of
 from moireid.verifier.session.check_level import level_finding, level_reached
-from moireid.verifier.session.claim import Claim, claim_reasons
+from moireid.verifier.session.claim import claim_reasons
 from moireid.verifier.session.overlap import OverlapWatch
 from moireid.verifier.session.streaming import Running, Verifier
 from moireid.verifier.tracking.patches import marker_corners_mm
@@ -64,7 +65,7 @@ class LiveCheck:
 
     def __init__(
         self,
-        claim: Claim,
+        claim: Question,
         *,
         draw: Draw = draw_prompts,
         pace: Pace = HERE,
@@ -162,7 +163,6 @@ class LiveCheck:
             asked = self._prompts[: self._judged]
             reasons += overlap.reasons + self._judge_prompts(asked)
         reasons += (self._whole(), self._in_time()) + (self._tile.reasons() if self._tile else ())
-        standing = self._claim.provenance.standing if self._claim.provenance else None
         tracked = sum(chapter.tracked + chapter.passed for chapter in chapters)
         challenged = self._prompts is not None
         level = level_reached(worst(list(reasons)), identity.built, challenged=challenged)
@@ -175,8 +175,8 @@ class LiveCheck:
             "challenged": challenged,
             "in_call": self._pace.in_call,
             "reasons": [reason.to_json() for reason in reasons],
-            "claim_source": self._claim.provenance.source if self._claim.provenance else None,
-            "registry": standing.to_json() if standing else None,
+            "claim_source": self._claim.provenance.source,
+            "registry": self._claim.stated()["registry"],
             "invariant": invariant.to_json(),
             "explanations": [one.to_json() for one in invariant.table],
             "identity": identity.to_json(),

@@ -15,12 +15,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.provenance import Exclusion
+from moireid.question import Question
 from moireid.verifier.picture import Frame, Picture
 from moireid.verifier.reasons import Reason, worst, worst_level
 from moireid.verifier.session.chapters import identity_of, invariant_of
 from moireid.verifier.session.check_level import level_finding, level_reached
-from moireid.verifier.session.claim import Claim
+from moireid.verifier.session.claim import barred_finding
 from moireid.verifier.session.cover import cover_findings
 from moireid.verifier.session.overlap import OverlapWatch
 from moireid.verifier.session.result import Report
@@ -49,14 +49,12 @@ class StreamCheck(LiveCheck):
 
     Parameters
     ----------
-    claim : Claim
+    claim : Question
         What is held against it.
     live : bool
         Whether each picture comes when it was taken, so that its time is checked against our clock.
     challenged : bool
         Whether prompts will be asked for; only then the face is looked for.
-    barred : Barred, optional
-        Why the claimed badge does not count, if it does not.
     draw, now, aside
         As in `LiveCheck`.
 
@@ -70,11 +68,10 @@ class StreamCheck(LiveCheck):
 
     def __init__(
         self,
-        claim: Claim,
+        claim: Question,
         *,
         live: bool = True,
         challenged: bool = False,
-        barred: Exclusion | None = None,
         draw: Draw = draw_prompts,
         now: Callable[[], float] = time.monotonic,
         aside: Executor | None = None,
@@ -89,7 +86,6 @@ class StreamCheck(LiveCheck):
             clock=BoundedClock() if live else StreamClock(),
             watch=OverlapWatch() if challenged else NoWatch(),
         )
-        self._barred = barred
         self._size = (0, 0)
         self._begun = time.perf_counter()
 
@@ -114,10 +110,10 @@ class StreamCheck(LiveCheck):
         if self._origin_s is None:
             self._origin_s = arrival_s
         events = super().push(luma, claimed_s, arrival_s - self._origin_s)
-        if self._barred is None:
+        if self._claim.barred is None:
             return events
         # However well the fringes move: a badge that was revoked is never shown as accepted.
-        said = self._barred_reason(self._barred).to_json()
+        said = barred_finding(self._claim.barred).to_json()
         return [
             one | {"verdict": "reject", "reasons": [said, *one["reasons"]]} if one["event"] == "status" else one
             for one in events
@@ -157,10 +153,6 @@ class StreamCheck(LiveCheck):
         """Findings that mean nothing here, or that are reported again with what was asked for."""
         return {"level"} if self._clock.checked else {"level", "clock"}
 
-    @staticmethod
-    def _barred_reason(barred: Exclusion) -> Reason:
-        return Reason(barred.code, "fail", barred.reason, None, "", barred.text)
-
     def _weighed(self, reason: dict[str, Any]) -> dict[str, Any]:
         """Pictures that come too late are a lie only where they could answer a prompt; else this machine is slow."""
         slow = reason["code"] == "clock" and reason["level"] == "fail" and self._prompts is None
@@ -174,8 +166,8 @@ class StreamCheck(LiveCheck):
         reasons: tuple[Reason, ...] = self._verifier.restarts
         if event["frames"]["tracked"] and self._prompts is None:
             reasons += (*cover_findings(cover, self._claim.cover_share), *self._verifier.long_unsearched)
-        if self._barred is not None:
-            reasons += (self._barred_reason(self._barred),)
+        if self._claim.barred is not None:
+            reasons += (barred_finding(self._claim.barred),)
         shown = next((chapter for chapter in chapters if chapter.track is not None), None)
         return Report(
             worst(list(reasons)),
@@ -191,8 +183,8 @@ class StreamCheck(LiveCheck):
             segments=tuple(segment for chapter in chapters for segment in chapter.segments),
             region=self._verifier.judged.region(),
             cover=cover,
-            claim_source=self._claim.provenance.source if self._claim.provenance else None,
-            registry=self._claim.provenance.standing if self._claim.provenance else None,
+            claim_source=self._claim.provenance.source,
+            registry=self._claim.provenance.standing,
         )
 
 

@@ -29,7 +29,7 @@ from moireid.extras import missing_extra
 from moireid.scheduler import is_loopback
 
 if TYPE_CHECKING:
-    from moireid.verifier.session.check_level import CheckLevel
+    from moireid.question import CheckLevel
 
 data_option = click.option(
     "--data",
@@ -128,8 +128,6 @@ unsealed_option = click.option(
 @click.option(
     "--level",
     type=click.Choice(["record", "enrolled", "live"]),
-    default="record",
-    show_default=True,
     help="What a film or a live check must show to be accepted here, as for verify --level; with less it is "
     "inconclusive.",
 )
@@ -163,7 +161,7 @@ def serve_command(
     log: str,
     state: str | None,
     workers: int,
-    level: CheckLevel,
+    level: CheckLevel | None,
     scheduler: str | None,
     worker_url: str | None,
     no_auth: bool,

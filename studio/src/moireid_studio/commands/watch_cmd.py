@@ -10,7 +10,7 @@ import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,33 +20,25 @@ from moireid.cli.common import (
     VERDICT_EXIT,
     FiniteRange,
     actor_option,
+    focal_option,
     friendly,
     overwrite_option,
     say,
     show_json,
 )
 from moireid.cli.enroll_cmd import check_replace, reason_option, replace_option
-from moireid.cli.verify.verify_cmd import asked_of, files_read, show_verdict
-from moireid.cli.verify.verify_options import (
-    CLAIM_OPTIONS,
-    ClaimWish,
-    check_claim,
-    focal_option,
-    level_option,
-    original_option,
-)
+from moireid.cli.verify.verify_cmd import show_verdict
+from moireid.cli.verify.verify_options import ClaimWish, claim_options, level_option
 from moireid.errors import SpecError
 from moireid_studio.commands.watch_display import json_line, live_display
 
 if TYPE_CHECKING:
-    from moireid.provenance import ClaimedBadge
+    from moireid.question import CheckLevel, Question
     from moireid.verifier.report.circumstances import Circumstances
-    from moireid.verifier.session.check_level import CheckLevel
     from moireid_studio.watch.source import Source
 
 
 OPTIONS = (
-    *CLAIM_OPTIONS,
     click.option(
         "--challenge",
         is_flag=True,
@@ -69,7 +61,6 @@ OPTIONS = (
         metavar="SHARE",
         help="Share of the stream that the last verdict must be of, 0 to 1; with less it is inconclusive.",
     ),
-    original_option,
     level_option,
     click.option(
         "--enroll",
@@ -84,7 +75,7 @@ OPTIONS = (
         "--receipt",
         "receipt_file",
         type=click.Path(path_type=Path, dir_okay=False),
-        help="With --challenge: write here who was checked, when, and what came out, for moireid verify --live-check.",
+        help="With --challenge: write here who was checked, when, and what came out.",
     ),
     overwrite_option,
     click.option(
@@ -104,15 +95,15 @@ OPTIONS = (
 
 
 @dataclass(frozen=True)
-class WatchWish(ClaimWish):
+class WatchWish:
     """What was asked for, as it was typed; the names are those of the options."""
 
+    wish: ClaimWish
     source: str
     challenge: bool
     seconds: float
     cover_share: float
-    require_original: bool | None
-    level: CheckLevel
+    level: CheckLevel | None
     enroll: bool
     replace: bool
     reason: str | None
@@ -132,8 +123,9 @@ def _options(command: Any) -> Any:
 
 @click.command("watch")
 @click.argument("source")
-@_options
 @friendly
+@claim_options
+@_options
 def watch_command(**given: Any) -> None:
     """Check a camera or a stream as it comes.
 
@@ -159,7 +151,6 @@ def watch_command(**given: Any) -> None:
     from moireid_studio.watch.source import check_prompts, source_of
 
     wish = WatchWish(**given)
-    check_claim(wish)
     _check_kept(wish)
     film = film_asked(wish.about) if wish.about is not None else None
     if film is not None:
@@ -169,21 +160,21 @@ def watch_command(**given: Any) -> None:
     source = source_of(wish.source)
     if wish.challenge:
         check_prompts(source)
-    with asked_of(wish) as asked:
+    with wish.wish.asked() as (found, look_up):
         if wish.enroll:
-            check_enrollable(asked.found)
-        document = _watched(wish, source, asked.found)
-        known = asked.known(document, wish.claim)
+            check_enrollable(found)
+        document = _watched(wish, source, found)
+        known = look_up(document)
         figures = document.pop("as_built", None)
     if wish.as_json:
         show_json(document)
     else:
         _show(document, known, source)
     if wish.receipt_file is not None:
-        write_receipt(wish.receipt_file, document, asked.found, film)
+        write_receipt(wish.receipt_file, document, found, film)
     if wish.enroll:
         measured = figures if document["challenged"] and document["verdict"] == "accept" else None
-        enroll(asked.found.badge, measured, wish.registry_url, wish.actor, wish.reason)
+        enroll(found.badge, measured, wish.wish.registry_url, wish.actor, wish.reason)
     sys.exit(VERDICT_EXIT[document["verdict"]])
 
 
@@ -194,44 +185,37 @@ def _check_kept(wish: WatchWish) -> None:
     check_replace(wish.replace, wish.reason, "--enroll", wish.enroll)
     if wish.enroll and not wish.challenge:
         raise SpecError("--enroll keeps what a live check measured; give --challenge too")
-    if wish.enroll and (wish.level == "enrolled" or wish.require_original is not None or wish.receipt_file is not None):
+    if wish.enroll and (wish.level == "enrolled" or wish.receipt_file is not None):
         raise SpecError(
-            "--enroll measures figures, and compares the badge with none; leave out --level enrolled, "
-            "--require-original and --receipt, and make another check for these"
+            "--enroll measures figures, and compares the badge with none; leave out --level enrolled and --receipt, "
+            "and make another check for these"
         )
     if wish.about is not None and wish.receipt_file is None:
         raise SpecError("--about FILM is written into a receipt; give --receipt FILE too")
     if wish.receipt_file is not None and not wish.challenge:
         raise SpecError("--receipt is of a live check; give --challenge too")
     if wish.receipt_file is not None:
-        planned([wish.receipt_file], overwrite=wish.overwrite, kept=[*files_read(wish), wish.about])
+        planned([wish.receipt_file], overwrite=wish.overwrite, kept=[*wish.wish.files, wish.about])
 
 
-def _watched(wish: WatchWish, source: Source, found: ClaimedBadge) -> dict[str, Any]:
+def _watched(wish: WatchWish, source: Source, found: Question) -> dict[str, Any]:
     """The verdict's document; the claim is this process's own word, and so is the registry."""
+    from moireid.question import KnownCamera
     from moireid.sandbox.seal import missing
-    from moireid.verifier import Claim
     from moireid_studio.challenge.challenge import draw_prompts
     from moireid_studio.watch.order import WatchOrder
     from moireid_studio.watch.watching import watch
 
     prompts = draw_prompts(0.0) if wish.challenge else None
-    given = found.without_figures() if wish.enroll else found
-    asked = {"focal_px": wish.focal_px, "require_original": wish.require_original, "cover_share": wish.cover_share}
-    claim = Claim.of(given, **asked, level=wish.level, enrolling=wish.enroll)
-    order = WatchOrder(source, claim, found.barred, prompts)
+    camera = None if wish.focal_px is None else KnownCamera(wish.focal_px)
+    question = replace(found, camera=camera, cover_share=wish.cover_share, level=wish.level)
+    order = WatchOrder(source, question.without_figures() if wish.enroll else question, prompts)
     with _stopped() as stop, nullcontext(json_line) if wish.as_json else live_display(source.shown) as show:
         document = watch(order, wish.seconds, stop, show)
     sealed = tuple(document["sealed"])
     if (lacking := missing(sealed)) is not None:
         say(f"note: the process that read the stream {lacking}: this system has no means against that")
-    standing = found.provenance.standing
-    return document | {
-        "registry": standing.to_json() if standing else None,
-        "claim_source": found.provenance.source,
-        "badge": found.to_json(),
-        "challenged": prompts is not None and document.get("challenged") is True,
-    }
+    return document | found.stated() | {"challenged": prompts is not None and document.get("challenged") is True}
 
 
 @contextmanager

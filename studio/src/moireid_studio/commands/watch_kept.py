@@ -14,11 +14,11 @@ from moireid.cli.common import say
 from moireid.cli.enroll_cmd import figures_words, show_compared
 from moireid.errors import SpecError
 from moireid.files import write_text
-from moireid.provenance import ClaimedBadge
+from moireid.question import Question
 from moireid.verifier.report.live_receipt import FilmAsked, LiveReceipt
 
 
-def check_enrollable(found: ClaimedBadge) -> None:
+def check_enrollable(found: Question) -> None:
     """Raise SpecError unless a registry vouches for the badge: by a file's lines anyone's badge could be measured."""
     if found.provenance.source != "registry":
         raise SpecError(
@@ -44,7 +44,7 @@ def enroll(badge: Badge, figures: object, registry_url: str | None, actor: str |
     say(f"{record.name}: {figures_words(record, found)}")
 
 
-def write_receipt(path: Path, document: Mapping[str, Any], found: ClaimedBadge, film: FilmAsked | None) -> None:
+def write_receipt(path: Path, document: Mapping[str, Any], found: Question, film: FilmAsked | None) -> None:
     """Write the receipt of a check; its digest is that of the line that --json prints."""
     line = json.dumps(document, ensure_ascii=False, allow_nan=False)
     receipt = LiveReceipt(

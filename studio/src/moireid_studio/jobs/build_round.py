@@ -17,7 +17,7 @@ import msgspec
 
 from moireid.bringup.build_folder import Figure, Reading, Wish, open_folder
 from moireid.files import write_text
-from moireid_studio.jobs.task import Progress, Send
+from moireid.reading.film_orders import Ask, Progress, Send
 from moireid_studio.problems import plain
 from moireid_studio.store.build_store import FOLDER, RECORD, ROUND, BuildRound
 
@@ -34,7 +34,13 @@ SENT = (
 
 
 def advance_build(
-    _: Path, progress: Progress, send: Send, *, place: str, wish: dict[str, Any], record: dict[str, Any] | None = None
+    send: Send,
+    ask: Ask,
+    progress: Progress,
+    *,
+    place: str,
+    wish: dict[str, Any],
+    record: dict[str, Any] | None = None,
 ) -> None:
     """Do what can be done with the pictures that are there.
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 import secrets
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,9 @@ from moireid.errors import RegistryError
 from moireid.idcodes import specimen_of
 from moireid.lenticule import view_law
 from moireid.provenance import Seal, Standing
-from moireid.registry import ClaimedBadge, People, Registry, claimed, claimed_by_file
+from moireid.question import KnownCamera, Question
+from moireid.reading.film_orders import Order, identify_film, judge_film, measure_captures
+from moireid.registry import People, Registry, claimed, claimed_by_file
 from moireid_studio.jobs.task import MOST_OF_A_LAYOUT, Law
 from moireid_studio.problems import Refusal
 from moireid_studio.store.job import Job
@@ -27,15 +30,16 @@ MOST_LAWS = 8
 
 @dataclass(frozen=True)
 class PreparedJob:
-    """What a job's process gets: arguments of its kind of work; people: whom it may ask about, and how often; found:
-    the claimed badge, standing: of the registry, each None where there is none; write: folders that it may write to,
-    apart from the job's own.
+    """What a job's process gets: order, laws, arguments and write as in `Task`; people: whom it may ask about, and how
+    often; found: the claimed badge, standing: of the registry, each None where there is none.
     """
 
+    order: Order | None = None
+    laws: Sequence[Law] = ()
     arguments: dict[str, Any] = field(default_factory=dict)
     people: People | None = None
     questions: int = 0
-    found: ClaimedBadge | None = None
+    found: Question | None = None
     standing: Standing | None = None
     write: tuple[Path, ...] = ()
 
@@ -45,22 +49,29 @@ def prepared(job: Job, registry: Registry, trust: str | None, maker: Callable[[]
 
     Raises: Refusal where the claim no longer means anyone; RegistryError.
     """
-    wish = job.wish
+    wish, film = job.wish, Path(job.video)
+    focal_px = wish.get("focal_px")
+    camera = None if focal_px is None else KnownCamera(focal_px)
     if job.kind == "verify":
         standing = registry.standing(trust)
         found, laws = claim_of(registry, wish, standing)
-        asked = {name: wish[name] for name in ("focal_px", "require_original", "cover_share", "report")}
-        given = {"found": found if wish["ids"] else sealed(found), "laws": laws, "level": wish.get("level", "record")}
-        return PreparedJob(asked | given, found=found, standing=standing)
+        asked = replace(found, camera=camera, cover_share=wish["cover"], level=wish["level"])
+        asked = asked if wish["ids"] else sealed(asked)
+        order = partial(judge_film, film=film, question=asked, pictures=wish["report"])
+        return PreparedJob(order, laws, found=found, standing=standing)
     if job.kind == "identify":
         layouts = registry.layouts()
-        given = {"layouts": layouts, "laws": laws_of(layouts), "focal_px": wish["focal_px"]}
+        order = partial(identify_film, film=film, layouts=layouts, camera=camera)
         most = MOST_OF_A_LAYOUT * len(layouts)
-        return PreparedJob(given, People(registry), most, standing=registry.standing(trust))
-    return PreparedJob(dict(wish) if job.kind == "capture" else dict(wish) | dict(maker()))
+        return PreparedJob(
+            order, laws_of(layouts), people=People(registry), questions=most, standing=registry.standing(trust)
+        )
+    if job.kind == "capture":
+        return PreparedJob(partial(measure_captures, films=[film], badge=badge_from_json(wish["badge_json"])))
+    return PreparedJob(arguments=dict(wish) | dict(maker()))
 
 
-def claim_of(registry: Registry, wish: Mapping[str, Any], standing: Standing) -> tuple[ClaimedBadge, list[Law]]:
+def claim_of(registry: Registry, wish: Mapping[str, Any], standing: Standing) -> tuple[Question, list[Law]]:
     """The badge that a wish claims, by name or id (`claim`) or by its file (`badge`); ids: whether those who ask may
     learn other ids.
 
@@ -77,7 +88,7 @@ def claim_of(registry: Registry, wish: Mapping[str, Any], standing: Standing) ->
     return found, laws_of([found.badge]) if found.provenance.source == "registry" else []
 
 
-def sealed(found: ClaimedBadge) -> ClaimedBadge:
+def sealed(found: Question) -> Question:
     """An enrolled badge for the film of a visitor who may not issue: its report then shows no identity that the film
     itself does not show, neither as digits nor as lines in a plot.
     """
@@ -87,10 +98,10 @@ def sealed(found: ClaimedBadge) -> ClaimedBadge:
     built = None if found.as_built is None else replace(found.as_built, badge_id="")
     earlier = tuple(replace(one, as_built=replace(one.as_built, badge_id="")) for one in found.earlier)
     seal = Seal.of(found.badge.id, secrets.token_bytes(16))
-    return replace(found, badge=badge, as_built=built, earlier=earlier, seal=seal)
+    return replace(found, badge=badge, badge_id=None, as_built=built, earlier=earlier, seal=seal)
 
 
-def find_claimed(registry: Registry, claim: str, *, ids: bool) -> ClaimedBadge:
+def find_claimed(registry: Registry, claim: str, *, ids: bool) -> Question:
     """Like `claimed`; ids: whether those who ask may learn other ids than the claimed one.
 
     Raises: Refusal 404 where the claim means no one, 409 where it means several people, 422 where it is too long.

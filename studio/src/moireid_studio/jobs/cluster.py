@@ -30,9 +30,8 @@ from moireid.result_cache import program_digest
 from moireid.sandbox.process import sealed_here
 from moireid.sandbox.seal import ProcessLimits, missing
 from moireid.scheduler import scheduler_client
-from moireid.verifier.report.report_page import NAME
 from moireid_studio.jobs.child import STOPPED, JobFailure, run_task
-from moireid_studio.jobs.task import SIGNALS, Task
+from moireid_studio.jobs.task import Task
 
 #: Kinds of jobs that are done there: those of films that need none of this machine's folders.
 JUDGED = frozenset({"verify", "identify"})
@@ -40,8 +39,6 @@ JUDGED = frozenset({"verify", "identify"})
 RETRIES = 2
 #: How long a worker waits for an answer of the studio, s.
 ANSWER_S = 90.0
-#: Greatest size of a file that is kept, and how many there may be.
-KEPT_BYTES, MOST_KEPT = 16 << 20, 32
 #: A film that no worker has judged by then is given up; time between two looks whether one has, s.
 WAIT_S, LOOK_S = 3600.0, 0.05
 
@@ -62,20 +59,15 @@ class RemoteTask:
     unsealed: bool
 
 
-@dataclass(frozen=True)
-class RemoteEnd:
-    """How it ended: code and sentence of what was wrong, None where nothing was; files: what is kept, by name."""
+def judge_there(remote: RemoteTask) -> tuple[str, str] | None:
+    """Do a task on a worker; returns code and sentence of what was wrong, None where nothing was.
 
-    problem: tuple[str, str] | None
-    files: dict[str, bytes] = field(default_factory=dict)
-
-
-def judge_there(remote: RemoteTask) -> RemoteEnd:
-    """Do a task on a worker.  Raises: OSError where the film cannot be fetched."""
+    Raises: OSError where the film cannot be fetched.
+    """
     if program_digest() != remote.program:
-        return RemoteEnd(("system", "A worker has another moireid than the studio."))
+        return "system", "A worker has another moireid than the studio."
     if not remote.unsealed and missing(sealed_here()) is not None:
-        return RemoteEnd(("system", "A worker cannot seal the process that reads a film."))
+        return "system", "A worker cannot seal the process that reads a film."
     with tempfile.TemporaryDirectory(prefix="moireid-job-", ignore_cleanup_errors=True) as made:
         folder = Path(made)
         try:
@@ -84,9 +76,8 @@ def judge_there(remote: RemoteTask) -> RemoteEnd:
             task = replace(remote.task, folder=folder)
             run_task(task, remote.limits, partial(_hand_on, remote), wall_s=remote.wall_s, stopping=lambda: False)
         except JobFailure as failure:
-            return RemoteEnd((failure.code, failure.text))
-        kept = [path for path in folder.iterdir() if _is_kept(path)][:MOST_KEPT]
-        return RemoteEnd(None, {path.name: path.read_bytes() for path in kept})
+            return failure.code, failure.text
+    return None
 
 
 def _hand_on(remote: RemoteTask, message: dict[str, Any]) -> object:
@@ -104,11 +95,6 @@ def _ask(remote: RemoteTask, what: str, content: bytes | None = None) -> Any:
         )
     except urllib.error.HTTPError as error:
         raise JobFailure(*STOPPED) from error
-
-
-def _is_kept(path: Path) -> bool:
-    ours = NAME.fullmatch(path.name) or path.name == SIGNALS
-    return bool(ours) and path.is_file() and not path.is_symlink() and path.stat().st_size <= KEPT_BYTES
 
 
 @dataclass
@@ -175,7 +161,7 @@ class Cluster:
         wall_s: float,
         stopping: Callable[[], bool],
     ) -> None:
-        """As `child.run_task`, by a worker; what it keeps is put into the task's folder.
+        """As `child.run_task`, by a worker.
 
         Raises: JobFailure; what `handle` raised; OSError.
         """
@@ -188,16 +174,13 @@ class Cluster:
                 judge_there, remote, key=f"moireid-{secrets.token_hex(8)}", retries=RETRIES, pure=False
             )
             try:
-                end = self._end(future, run, stopping)
+                problem = self._end(future, run, stopping)
             finally:
                 future.cancel(force=True)
         finally:
             del self._runs[token]
-        if end.problem is not None:
-            raise JobFailure(*end.problem)
-        for name, content in end.files.items():
-            if NAME.fullmatch(name) or name == SIGNALS:
-                (task.folder / name).write_bytes(content)
+        if problem is not None:
+            raise JobFailure(*problem)
 
     def _live(self) -> Any:
         """The client, connected anew if need be.  Raises: JobFailure, after which the job waits again."""
@@ -211,7 +194,7 @@ class Cluster:
                     raise JobFailure(*STOPPED) from error
             return self._client
 
-    def _end(self, future: Any, run: Run, stopping: Callable[[], bool]) -> RemoteEnd:
+    def _end(self, future: Any, run: Run, stopping: Callable[[], bool]) -> tuple[str, str] | None:
         """Wait for a worker's end.  Raises: as `run`."""
         from distributed import KilledWorker
 
@@ -225,7 +208,7 @@ class Cluster:
                 time.sleep(LOOK_S)
                 continue
             try:
-                end: RemoteEnd = future.result()
+                end: tuple[str, str] | None = future.result()
             except KilledWorker as error:
                 raise JobFailure("crash", "The workers that had this film were lost one after the other.") from error
             except CancelledError as error:

@@ -21,15 +21,25 @@ from typing import Any
 
 from moireid.badge import badge_from_json
 from moireid.errors import MoireIdError, RegistryError
+from moireid.reading.answers import (
+    Count,
+    MalformedAnswer,
+    answer_to,
+    checked,
+    checked_identification,
+    checked_report,
+    malformed,
+)
 from moireid.registry import Registry
 from moireid.sandbox.seal import ProcessLimits
-from moireid.verifier.report.report_page import NAME
+from moireid.verifier.report.report_page import Pictures
 from moireid.verifier.session.claim import with_badge_notes
+from moireid.verifier.session.known_figures import checked_figures
 from moireid_studio.http.metrics import Metrics
-from moireid_studio.jobs.child import JobFailure, Unusable, check_capture, frames_of, kept_of, result_of, run_task
+from moireid_studio.jobs.child import JobFailure, run_task
 from moireid_studio.jobs.claims import PreparedJob
 from moireid_studio.jobs.cluster import JUDGED, Cluster
-from moireid_studio.jobs.task import PACKAGE, SIGNALS, Task, answer_to, with_name
+from moireid_studio.jobs.task import PACKAGE, SIGNALS, Task, with_name
 from moireid_studio.problems import Refusal
 from moireid_studio.settings import Limits
 from moireid_studio.store.database import patiently
@@ -142,7 +152,10 @@ class Doer:
         try:
             ready = patiently(lambda: self.prepare(job), stopping=stopping)
             _know(job, ready)
-            said, task = WorkerMessages(job, ready), Task(job.kind, job.folder, job.video, ready.arguments, ready.write)
+            said, task = (
+                WorkerMessages(job, ready),
+                Task(job.kind, job.folder, job.video, ready.order, ready.laws, ready.arguments, ready.write),
+            )
             said.begin()
             handle = partial(self._handle, said)
             if self.cluster is not None and job.kind in JUDGED:
@@ -152,7 +165,7 @@ class Doer:
             job.bytes = sum((job.folder / name).lstat().st_size for name in _kept_names(job))
         except JobFailure as lost:
             return lost.code, lost.text
-        except Unusable as error:
+        except MalformedAnswer as error:
             _log.warning("a job was ended: its process was not honest (%s)", error)
             return "crash", "The process that read this film said what cannot be used; the film may be damaged."
         except Refusal as refusal:
@@ -167,26 +180,30 @@ class Doer:
         return None
 
     def _handle(self, said: WorkerMessages, message: dict[str, Any]) -> object:
-        """Take a message in; returns the answer to a question.  Raises: Unusable, RegistryError, JobWithdrawal."""
-        job, people = said.job, said.ready.people
+        """Take a message in; returns the answer to a question.
+
+        Raises: MalformedAnswer, RegistryError, JobWithdrawal.
+        """
+        job, people, film = said.job, said.ready.people, said.job.video
         if "ask" in message:
             said.questions -= 1
-            if said.questions < 0:
-                raise Unusable("it asked the registry more than a film needs")
-            return patiently(lambda: answer_to(message["ask"], people))
+            if said.questions < 0 or people is None:
+                raise malformed(film, "more questions than a film needs")
+            return patiently(lambda: answer_to(message["ask"], people, film))
         if "progress" in message:
-            job.frames = frames_of(message["progress"])
+            job.frames = checked(message["progress"], tuple[Count, Count | None], film)
             if time.monotonic() - said.noted_s > PROGRESS_S:
                 said.noted_s = time.monotonic()
                 if not self.ledger.progress(job):
                     raise JobWithdrawal
         elif "result" in message:
-            result = result_of(job.kind, message["result"])
-            if job.kind == "capture":
-                check_capture(result, badge_from_json(job.wish["badge_json"]))
-            job.result = self._own_words(said, result)
+            result = checked(message["result"], dict[str, Any], film)
+            if job.kind in JUDGED:
+                result["sealed"] = message["sealed"]
+            job.result = self._own_words(said, checked_result(said, result))
         else:
-            job.kept = kept_of(message)
+            pictures = checked(message.get("pictures"), Pictures, film)
+            job.kept = keep_pictures(job, pictures)
         return None
 
     def _own_words(self, said: WorkerMessages, result: dict[str, Any]) -> dict[str, Any]:
@@ -201,6 +218,32 @@ class Doer:
         if job.kind == "identify" and self._registry is not None:
             result = with_notes(self._registry, result)
         return result
+
+
+def checked_result(said: WorkerMessages, result: dict[str, Any]) -> dict[str, Any]:
+    """What a process found, as it must be; it can still be untrue.  Raises: MalformedAnswer."""
+    job, found = said.job, said.ready.found
+    if job.kind == "verify":
+        checked_report(result, job.video, None if found is None else found.barred)
+    elif job.kind == "identify":
+        checked_identification(result, job.video)
+    elif job.kind == "capture":
+        try:
+            figures = checked_figures(result, badge_from_json(job.wish["badge_json"]))
+        except MoireIdError as error:
+            raise malformed(job.video, "figures that are none of this badge") from error
+        if figures.witnessed:
+            raise malformed(job.video, "a live check")
+        return {"kind": "capture", "id": figures.badge_id, "as_built": result}
+    return result
+
+
+def keep_pictures(job: Job, pictures: Pictures) -> dict[str, Any]:
+    """Write the pictures and signals into a job's folder, to which no film's process writes; returns what they are."""
+    for name, content in pictures.files.items():
+        (job.folder / name).write_bytes(content)
+    (job.folder / SIGNALS).write_text(pictures.signals, encoding="utf-8")
+    return {"files": list(pictures.files), "plots": list(pictures.plots), "frame_s": pictures.frame_s}
 
 
 def with_notes(registry: Registry, result: dict[str, Any]) -> dict[str, Any]:
@@ -228,8 +271,7 @@ def _know(job: Job, ready: PreparedJob) -> None:
 
 def _kept_names(job: Job) -> list[str]:
     """The files of a job's folder that are kept: those of which a process may say that they are there."""
-    named = [name for name in job.kept.get("files", []) if NAME.fullmatch(name)]
-    return [name for name in (*named, SIGNALS, PACKAGE) if (job.folder / name).is_file()]
+    return [name for name in (*job.kept.get("files", ()), SIGNALS, PACKAGE) if (job.folder / name).is_file()]
 
 
 def remove_file(path: Path) -> None:

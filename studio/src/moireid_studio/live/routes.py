@@ -14,7 +14,7 @@ from fastapi import APIRouter, Request, Response, WebSocket
 
 from moireid.errors import RegistryError
 from moireid.names import CLAIM_LIMIT
-from moireid.registry import ClaimedBadge
+from moireid.question import Question
 from moireid_studio.auth.guard import LOOPBACK, require, visitor_of
 from moireid_studio.challenge.challenge import FACE, HOLD_S
 from moireid_studio.challenge.chance import LEAST_WIDTH_PX
@@ -86,7 +86,7 @@ def _asked(connection: WebSocket, hello: Mapping[str, Any], kind: str) -> Sessio
     return SessionRequest(found, given, asked_by, kind, allowed=lambda: visitor_of(connection) is not None)
 
 
-def claimed_now(studio: Studio, claim: str, *, ids: bool) -> ClaimedBadge:
+def claimed_now(studio: Studio, claim: str, *, ids: bool) -> Question:
     """The claimed badge with the registry's standing.
 
     Raises: Refusal where the claim means no one, or several people; RegistryError where the badge does not count.

@@ -28,7 +28,8 @@ from fastapi import WebSocket, WebSocketDisconnect
 from starlette.concurrency import run_in_threadpool
 
 from moireid.errors import MoireIdError
-from moireid.registry import ClaimedBadge, holder_of
+from moireid.question import CheckLevel, Question
+from moireid.registry import holder_of
 from moireid.sandbox.file_access import reach
 from moireid.sandbox.process import Child, ProcessEnd, start
 from moireid.verifier.reasons import Verdict
@@ -64,8 +65,8 @@ class SessionRequest:
     gets the answers to prompts, and the verdict; ended: called when the session is over, however that came.
     """
 
-    found: ClaimedBadge
-    given: ClaimedBadge
+    found: Question
+    given: Question
     asked_by: str
     kind: str
     allowed: Callable[[], bool]
@@ -88,6 +89,10 @@ class SessionRequest:
     def enrolling(self) -> bool:
         """Whether the badge is measured for its enrolment."""
         return self.kind == "enroll"
+
+    def question(self, level: CheckLevel | None) -> Question:
+        """What the session's process is asked; level: the least that must be reached here."""
+        return self.given.without_figures() if self.enrolling else replace(self.given, level=level)
 
 
 async def serve(connection: WebSocket, ask: Callable[[Mapping[str, Any]], SessionRequest]) -> None:
@@ -136,9 +141,8 @@ async def _session(connection: WebSocket, asked: SessionRequest) -> None:
     child = await run_in_threadpool(start, "moireid_studio.live.worker:serve", LIMITS, within=reach())
     tasks: list[asyncio.Task[None]] = []
     try:
-        level = studio_of(connection).settings.level
-        required = asked.by_link or asked.enrolling
-        begin = Start(asked.given, asked.in_call, required=required, level=level, enrolling=asked.enrolling)
+        question = asked.question(studio_of(connection).settings.level)
+        begin = Start(question, asked.in_call, required=asked.by_link or asked.enrolling)
         await run_in_threadpool(child.send, begin)
         prompted = asyncio.Event()
         coming = asyncio.create_task(_pictures(connection, child, asked, prompted))

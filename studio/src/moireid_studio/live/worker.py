@@ -15,12 +15,11 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from moireid.errors import MoireIdError
-from moireid.registry import ClaimedBadge
+from moireid.question import Question
 from moireid.sandbox.child import Talk
 from moireid.sandbox.seal import ProcessLimits
 
 if TYPE_CHECKING:
-    from moireid.verifier.session.check_level import CheckLevel
     from moireid_studio.challenge.challenge import Prompt
 
 #: Pictures of more than this many pixels are not decoded: a camera's page asks for 720p.
@@ -34,15 +33,12 @@ LIMITS = ProcessLimits(memory_bytes=1 << 30, cpu_s=600, file_bytes=0)
 class Start:
     """What a session is asked.
 
-    found: whose badge is expected; in_call: in a tile of a call; required: without a challenge it is inconclusive;
-    level: the least that must be reached; enrolling: measure the badge, whatever figures are known of it.
+    in_call: in a tile of a call; required: without a challenge it is inconclusive.
     """
 
-    found: ClaimedBadge
+    question: Question
     in_call: bool = False
     required: bool = False
-    level: CheckLevel = "record"
-    enrolling: bool = False
 
 
 @dataclass(frozen=True)
@@ -81,7 +77,6 @@ def serve(talk: Talk) -> None:
 
 
 def _session(talk: Talk, start: Start) -> None:
-    from moireid.verifier.session.claim import Claim
     from moireid_studio.challenge.challenge import Prompt
     from moireid_studio.challenge.clock import CALL, HERE
     from moireid_studio.challenge.session import LiveCheck
@@ -94,11 +89,7 @@ def _session(talk: Talk, start: Start) -> None:
     # The running verdict has a thread of its own.
     with ThreadPoolExecutor(1, "verdict") as aside:
         pace = CALL if start.in_call else HERE
-        found = start.found.without_figures() if start.enrolling else start.found
-        # Who is measured has no figures yet, so a level of them could not be reached.
-        level = "record" if start.enrolling else start.level
-        claim = Claim.of(found, level=level, enrolling=start.enrolling)
-        check = LiveCheck(claim, draw=draw, pace=pace, aside=aside, required=start.required)
+        check = LiveCheck(start.question, draw=draw, pace=pace, aside=aside, required=start.required)
         talk.send({"event": "ready"})
         size, taken = None, 0
         while not check.ended and (message := talk.next()) is not None:

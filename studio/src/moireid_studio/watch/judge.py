@@ -16,6 +16,7 @@ import numpy as np
 
 from moireid.errors import MoireIdError
 from moireid.sandbox.child import Talk
+from moireid.verifier.limits import MIN_COVER_SHARE
 from moireid.verifier.picture import Picture
 from moireid.verifier.reasons import Reason
 from moireid_studio.challenge.challenge import from_start
@@ -131,10 +132,9 @@ class Watching:
         challenged = order.prompts is not None
         live = order.source.live(challenged=challenged)
         check = StreamCheck(
-            order.claim,
+            order.question,
             live=live,
             challenged=challenged,
-            barred=order.barred,
             draw=from_start(order.prompts or ()),
             aside=self._aside,
         )
@@ -178,7 +178,8 @@ class Watching:
         """The verdict held against all that came: pictures of another size that were not accepted are not covered."""
         if event["verdict"] != "accept" or event["challenged"]:
             return event
-        least, total = self._order.claim.cover_share, self._taken + self._before
+        asked, total = self._order.question.cover_share, self._taken + self._before
+        least = MIN_COVER_SHARE if asked is None else asked
         share = (self._covered + event["cover"]["share"] * self._taken) / total
         if share >= least:
             return event

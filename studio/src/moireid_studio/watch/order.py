@@ -13,11 +13,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal
 
-from moireid.provenance import Exclusion
 from moireid_studio.watch.source import Source
 
 if TYPE_CHECKING:
-    from moireid.verifier.session.claim import Claim
+    from moireid.question import Question
     from moireid_studio.challenge.challenge import Prompt
 
 Event = dict[str, Any]
@@ -44,8 +43,7 @@ class WatchOrder:
     """What to judge.  prompts: of a challenge, their times counted from its beginning; None where none is asked for."""
 
     source: Source
-    claim: Claim
-    barred: Exclusion | None = None
+    question: Question
     prompts: Sequence[Prompt] | None = None
     patience: Patience = field(default_factory=Patience)
 

@@ -17,7 +17,7 @@ from typing import Any
 from moireid.badge import Badge
 from moireid.designer import Request, design_badge
 from moireid.simulate.scene import Build, Camera, Scene
-from moireid.verifier import Claim, verify
+from moireid.verifier import Question, verify
 from moireid_lab.bench.bench_frame import Bench, Row, Wish, counted_verdicts, grouped, temporary_film
 from moireid_lab.bench.bench_plots import figure_of, verdict_bars
 from moireid_lab.bench.forgers.cases import ForgeryCase, Shoot, cases
@@ -58,7 +58,7 @@ def run_case(job: tuple[str, int, int]) -> dict[str, Any]:
     badge = badge_of(case.axes)
     with film_case(case, Shoot(badge, (1000.0, 1400.0)[seed % 4 // 2], seed, frames)) as video:
         clock = time.perf_counter()
-        report = verify(video, Claim(badge, badge.id))
+        report = verify(video, Question(badge, badge.id))
         seconds = time.perf_counter() - clock
     return {"case": name, "genuine": case.genuine, "seed": seed, "seconds": seconds} | verdict_row(report)
 

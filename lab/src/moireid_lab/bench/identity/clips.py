@@ -59,11 +59,11 @@ def read_clip(clip: Clip) -> dict[str, Any]:
     """Film the clip, read it back, and compare with what was printed; one row of figures."""
     from moireid.designer import Request, design_badge
     from moireid.idcodes.spacing import true_phases_rad
+    from moireid.question import KnownCamera, Question
     from moireid.simulate.motion import motion_named
     from moireid.simulate.scene import Camera, Scene
     from moireid.verifier.identity.compare_built import filmed_built
     from moireid.verifier.identity.decode import read_identity
-    from moireid.verifier.session.claim import Claim
     from moireid.verifier.session.film import verify
     from moireid_lab.bench.bench_frame import temporary_film
 
@@ -73,7 +73,7 @@ def read_clip(clip: Clip) -> dict[str, Any]:
     motion = motion_named("sway", distance_mm=clip.distance_mm, seed=clip.motion_seed)
     how = {"frames": clip.frames, "fps": FPS, "seed": clip.motion_seed, "crf": CRF}
     with temporary_film(scene, motion, **how) as video:
-        report = verify(video, Claim(badge, badge.id, focal_px=FOCAL_PX))
+        report = verify(video, Question(badge, badge.id, camera=KnownCamera(FOCAL_PX)))
     row: dict[str, Any] = {
         "payload": clip.payload.hex(),
         "verdict": report.verdict,
@@ -115,13 +115,14 @@ def read_clip(clip: Clip) -> dict[str, Any]:
 def read_shorter(track: Track, badge: Badge, frames: int) -> dict[str, Any]:
     """The first frames of a track, read: cells wrong, payload read, seconds."""
     from moireid.idcodes.spacing import true_phases_rad
+    from moireid.question import KnownCamera
     from moireid.verifier.fringes.signals import measure
     from moireid.verifier.identity.decode import read_identity
     from moireid_lab.bench.natural import cut_track
 
     short = cut_track(track, 0, frames)
     clock = time.perf_counter()
-    measurement = measure(short, focal_px=FOCAL_PX)
+    measurement = measure(short, camera=KnownCamera(FOCAL_PX))
     measured = time.perf_counter()
     reading = read_identity(short, measurement)
     done = time.perf_counter()

@@ -29,7 +29,7 @@ from moireid.simulate.motion import Motion, Poses, motion_named
 from moireid.simulate.recording.sensor import Sensor
 from moireid.simulate.scene import Build, Camera, Scene
 from moireid.simulate.shots import Edit
-from moireid.verifier import Claim, Report, verify
+from moireid.verifier import Question, Report, verify
 from moireid_lab.bench.bench_frame import temporary_film
 
 Array = NDArray[np.float64]
@@ -172,7 +172,7 @@ def read_extreme(job: tuple[str, int]) -> dict[str, Any]:
     try:
         with temporary_film(scene, case.motion, **how) as video:
             row["true_excitation_rad"] = _true_excitation(video)
-            report = verify(video, Claim(badge, badge.id))
+            report = verify(video, Question(badge, badge.id))
     except MoireIdError as error:
         return row | {"outcome": outcome_of(case.expected, "inconclusive", []), "why": str(error)}
     # A crash is a result of this bench, and the next cases must still run.

@@ -24,7 +24,7 @@ from typing import Any
 import cv2
 import numpy as np
 
-from moireid.verifier import Claim, Verifier
+from moireid.verifier import KnownCamera, Question, Verifier
 from moireid.verifier.picture import Frame, Picture
 from moireid.verifier.reasons import worst
 from moireid.verifier.session.badge_session import reasons_of
@@ -125,8 +125,9 @@ def used_frames(frames: list[Frame], setting: EstimatorSetting) -> Iterator[Fram
 def _ours(filmed: DecodedFilm, setting: EstimatorSetting) -> dict[str, Any]:
     """Our verifier's figures of one film."""
     badge, truth = filmed.badge, filmed.truth
-    focal_px = filmed.focal_px * setting.scale if setting.estimator == "focal length given" else None
-    verifier = Verifier(Claim(badge, badge.id, focal_px), running=False)
+    given = setting.estimator == "focal length given"
+    camera = KnownCamera(filmed.focal_px * setting.scale) if given else None
+    verifier = Verifier(Question(badge, badge.id, camera=camera), running=False)
     for frame in used_frames(filmed.frames, setting):
         verifier.push(frame)
     chapters = verifier.finish()
