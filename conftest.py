@@ -14,7 +14,7 @@ import pytest
 from kit.payloads import payload_for_name
 from kit.places import FILMS
 from moireid.badge import Badge, load_badge
-from moireid.designer import Request, design_badge
+from moireid.designer import Order, design_badge
 
 # Started in the background of a shell, a program is deaf to interrupts, and so is all that it starts; tests send some.
 signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -49,7 +49,7 @@ def rng() -> np.random.Generator:
 @pytest.fixture(scope="session")
 def ada() -> Badge:
     """A badge of the default design."""
-    return design_badge(Request("Ada Lovelace"), payload_for_name("Ada Lovelace"))
+    return design_badge(Order("Ada Lovelace", lens="50lpi"), payload_for_name("Ada Lovelace"))
 
 
 @pytest.fixture(scope="session")

@@ -16,7 +16,6 @@ from __future__ import annotations
 import subprocess
 import tempfile
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 from pathlib import Path
 from unittest.mock import patch
 
@@ -29,9 +28,8 @@ from moireid.artwork.content import content_of, with_lines
 from moireid.artwork.placing import Look
 from moireid.artwork.template import TEMPLATES, template_named
 from moireid.badge import Badge
-from moireid.designer import Request, design_badge
-from moireid.designer.formats import FORMATS, in_format, turned
-from moireid.designer.request import FringeBorder
+from moireid.designer import Order, design_badge
+from moireid.designer.formats import FORMATS, turned
 from moireid.fabrication.page.canvas import PdfPage
 from moireid.fabrication.page.pdf import write_badge_pdf
 from moireid.simulate import Build, Scene, camera_named, film, motion_named
@@ -53,8 +51,8 @@ def dressed(template: str, name: str, orientation: str, folder: Path) -> tuple[B
     form, pictures = FORMATS[name], _pictures(folder)
     look = Look(template_named(template), content_of(*pictures, "#134e8c"), form.corner_mm)
     side = look.template.side(*turned(form.size_mm, orientation))
-    wish = replace(Request("Ada Lovelace"), frame=FringeBorder(head=side.head, foot=side.foot))
-    return with_lines(design_badge(in_format(wish, name, orientation=orientation), PAYLOAD), LINES), look
+    order = Order("Ada Lovelace", format=name, orientation=orientation, head=side.head, foot=side.foot)
+    return with_lines(design_badge(order, PAYLOAD), LINES), look
 
 
 def _pictures(folder: Path) -> tuple[Path, Path]:

@@ -3,8 +3,9 @@
 Each badge is printed by the command `print-your-badge` and traced by `outside`, which shares nothing with
 `moireid.simulate`, with one flaw of print, sheet, shape or light, or with all that is usual (`outside.flaws`,
 `outside.lamps`).  It is enrolled from two films, filmed again at the middle of its range, and filmed with half the
-gain; a second build of the same files, with the same flaws of another draw, is the copy.  Narrowed: printed with
-`--ink-growth`.  Printed is whether it could be enrolled, what becomes of the film before and after enrolment, how many
+gain; a second build of the same files, with the same flaws of another draw, is the copy.  Narrowed: printed for
+a printer that widens lines.  Printed is whether it could be enrolled, what becomes of the film before and after
+enrolment, how many
 error bars its gain is off (at enrolment: off that of its own lenses, traced), how far its map of places is off that of
 enrolment (rad, root mean square), and what becomes of copy and forgery (not
 with `--quick`); then the sums of each kind.  With `--seeds N` N badges of each kind are built, filmed on other motions.
@@ -35,6 +36,7 @@ from outside.page import Lens, load_page
 from moireid.asbuilt import AsBuilt
 from moireid.badge import Badge, load_badge
 from moireid.errors import MediaError
+from moireid.profiles import PrinterProfile, save_printer_profile
 from moireid.verifier import Question, verify
 from moireid.verifier.session.capture import capture_as_built
 from moireid_lab.bench.bench_frame import Bench, Row, Wish, grouped
@@ -81,7 +83,9 @@ LAMPS = {"glare": (0.0, 0.6), "side light": (0.9, 0.0), "usual": (0.9, 0.3)}
 def badge_folder(folder: Path, kind: str, build: int) -> Path:
     """Where the badge and the films of a build are; another number is another badge, a copy is of the same."""
     if kind.endswith("narrowed"):
-        return prepared(folder / "narrowed", "--ink-growth", "85")
+        printer = folder / "printer.json"
+        save_printer_profile(PrinterProfile("narrowed", 1200, 85.0), printer)
+        return prepared(folder / "narrowed", "--printer", str(printer))
     number = build % COPY
     payload = np.random.default_rng([number, 7]).bytes(8).hex()
     return prepared(folder / f"badge_{number}", "--payload", payload) if number > 1 else prepared(folder)

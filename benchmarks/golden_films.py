@@ -30,7 +30,7 @@ from outside.motion import course
 from outside.page import load_page
 
 from moireid.badge import load_badge
-from moireid.designer import Request, design_badge, payload_from_hex
+from moireid.designer import Order, design_badge, payload_from_hex
 from moireid.errors import SpecError
 from moireid.simulate.cameras import camera_named
 from moireid.simulate.effects.table import KINDS as EFFECTS
@@ -62,7 +62,7 @@ def by_simulator(
     path: Path, *, motion: str, metres: float, seed: int, forge: str | None = None, effect: str | None = None
 ) -> None:
     """A film by `moireid.simulate`."""
-    badge = design_badge(Request("Ada Lovelace"), payload_from_hex("7097c67b0fafc59b"))
+    badge = design_badge(Order("Ada Lovelace", lens="50lpi"), payload_from_hex("7097c67b0fafc59b"))
     phone = camera_named("phone")
     camera = replace(phone, width=SIZE[0], height=SIZE[1], focal_px=phone.focal_px * NEARER)
     scene, way = Scene(badge, Build.typical(seed), camera), motion_named(motion, distance_mm=1000 * metres, seed=seed)

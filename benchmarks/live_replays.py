@@ -33,7 +33,7 @@ import numpy as np
 from true_films.morph import Morph, stills
 
 from moireid.badge import Badge
-from moireid.designer import Request, design_badge
+from moireid.designer import Order, design_badge
 from moireid.question import Question
 from moireid.simulate.scene import Build, Scene
 from moireid_lab.bench.bench_frame import Bench, Row, Wish, grouped
@@ -72,7 +72,7 @@ Picture = tuple[float, float, bytes]  #: When it was taken and when it arrived, 
 def badge_of(number: int) -> Badge:
     """A badge of one of `NAMES`; fixed by the name, so that every run films the same ones."""
     name = NAMES[number % len(NAMES)]
-    return design_badge(Request(name), hashlib.sha256(f"moireid/spacing/0/{name}".encode()).digest()[:8])
+    return design_badge(Order(name, lens="50lpi"), hashlib.sha256(f"moireid/spacing/0/{name}".encode()).digest()[:8])
 
 
 def checked(

@@ -32,8 +32,7 @@ from true_films.morph import Morph, stills
 from true_films.paths import DEPTH, swaying
 
 from moireid.badge import Badge, load_badge
-from moireid.designer import Request, design_badge
-from moireid.designer.formats import in_format
+from moireid.designer import Order, design_badge
 from moireid.simulate.filming import film
 from moireid.simulate.motion import Motion
 from moireid.simulate.recording.encode import RECIPES, FilmWriter, kept_frames
@@ -90,9 +89,7 @@ CASES = (
 def badge_of(case: Case, seed: int) -> Badge:
     """A badge of its own for each seed."""
     payload = np.random.default_rng([seed, 7]).bytes(8)
-    return design_badge(
-        in_format(Request("Bench", axes=case.axes, pattern=case.pattern), case.format, payload_bytes=8), payload
-    )
+    return design_badge(Order("Bench", axes=case.axes, pattern=case.pattern, format=case.format), payload)
 
 
 def interpolated(source: Path, stills: int, target: Path) -> None:

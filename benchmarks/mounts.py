@@ -18,7 +18,7 @@ from pathlib import Path
 import trimesh
 
 from moireid.badge import Badge
-from moireid.designer import Request, design_badge
+from moireid.designer import Order, design_badge
 from moireid.errors import MoireIdError
 from moireid.fabrication.printed.mount import KINDS, write_mount
 from moireid.fabrication.solids import overhang_mm2
@@ -83,7 +83,7 @@ def rows(wish: Wish) -> Iterator[Row]:
         with tempfile.TemporaryDirectory() as folder:
             row: Row = {"format": name, "mount": kind}
             try:
-                badge = design_badge(Request("Bench", lens=lens, size_mm=size_mm, range_m=range_m), bytes(8))
+                badge = design_badge(Order("Bench", lens=lens, size_mm=size_mm, range_m=range_m), bytes(8))
                 yield row | figures_of(badge, kind, Path(folder))
             except MoireIdError as error:
                 yield row | {"refused": str(error)}

@@ -24,7 +24,7 @@ from hashlib import sha256
 from pathlib import Path
 
 from moireid.badge import Badge
-from moireid.designer import Request, design_badge, payload_from_hex
+from moireid.designer import Order, design_badge, payload_from_hex
 from moireid.idcodes import specimen_of
 from moireid.registry import open_registry
 from moireid.simulate.cameras import camera_named
@@ -34,8 +34,8 @@ from moireid.simulate.scene import Build, Scene
 from moireid_lab.bench.bench_frame import Bench, Row, Wish
 
 SEED, FRAMES, FPS = 3, 120, 30.0
-BADGE = design_badge(Request("Ada Lovelace"), payload_from_hex("7097c67b0fafc59b"))
-OTHER = design_badge(Request("Grace Hopper"), payload_from_hex("0123456789abcdef"))
+BADGE = design_badge(Order("Ada Lovelace", lens="50lpi"), payload_from_hex("7097c67b0fafc59b"))
+OTHER = design_badge(Order("Grace Hopper", lens="50lpi"), payload_from_hex("0123456789abcdef"))
 FEW, QUICK, MANY, FULL = 10, 1_000, 100_000, 1_000_000
 #: What a new process does from its first import to the badge of a claim.
 ONLINE = """

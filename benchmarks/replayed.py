@@ -33,8 +33,7 @@ from true_films.replay import Replay
 
 from moireid.asbuilt import AsBuilt, as_built_from_json
 from moireid.badge import Badge
-from moireid.designer import Request, design_badge
-from moireid.designer.formats import in_format
+from moireid.designer import Order, design_badge
 from moireid.errors import MediaError
 from moireid.simulate.filming import Show, film
 from moireid.simulate.forgeries.rear_layer import ShownViews
@@ -139,7 +138,7 @@ TRUE += (("4x3in", 0.5, 2), ("4x3in", 0.75, 2))
 def badge_of(case: Case, number: int) -> Badge:
     """A badge of its own for each number, of hard cells."""
     payload = np.random.default_rng([number, 7]).bytes(8)
-    return design_badge(in_format(Request("Bench", axes=case.axes), case.format, payload_bytes=8), payload)
+    return design_badge(Order("Bench", axes=case.axes, format=case.format), payload)
 
 
 def scene_of(case: Case, number: int) -> Scene:

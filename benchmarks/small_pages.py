@@ -14,7 +14,7 @@ from itertools import product
 
 import numpy as np
 
-from moireid.designer import Request, design_badge
+from moireid.designer import Order, design_badge
 from moireid.simulate import Build, Camera, Scene, motion_named
 from moireid.simulate.filming import truth_path
 from moireid.verifier import Question, verify
@@ -22,8 +22,8 @@ from moireid_lab.bench.bench_frame import Bench, Row, Wish, counted_verdicts, gr
 from moireid_lab.bench.verdicts import why_not
 
 PAGES = {
-    "60 x 66": Request("Bench", lens="75lpi", size_mm=(60, 66), range_m=(0.5, 1.0)),
-    "146 x 160": Request("Bench"),
+    "60 x 66": Order("Bench", lens="75lpi", size_mm=(60, 66), range_m=(0.5, 1.0)),
+    "146 x 160": Order("Bench", lens="50lpi"),
 }
 PLACES, QUALITIES, MOTIONS = (
     (("60 x 66", 1.0), ("60 x 66", 1.2), ("60 x 66", 1.5), ("146 x 160", 2.0)),

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from moireid.badge import Badge, load_badge
-from moireid.designer import Request, design_badge, payload_from_hex
+from moireid.designer import Order, design_badge, payload_from_hex
 from moireid.simulate.cameras import Camera, PictureFormat, camera_named
 from moireid.simulate.filming import film
 from moireid.simulate.motion import Motion, Poses, motion_named
@@ -30,8 +30,8 @@ Picture = NDArray[np.uint8]
 OUTSIDE = Path(__file__).parent.parent / "tests" / "data" / "films"
 SHORT = OUTSIDE / "genuine_2.0m.mp4"
 SECONDS, QUICK_SECONDS, SEED, DISTANCE_MM = 60.0, 20.0, 3, 1000.0
-BADGE = design_badge(Request("Ada Lovelace"), payload_from_hex("7097c67b0fafc59b"))
-OTHER = design_badge(Request("Grace Hopper"), payload_from_hex("0123456789abcdef"))
+BADGE = design_badge(Order("Ada Lovelace", lens="50lpi"), payload_from_hex("7097c67b0fafc59b"))
+OTHER = design_badge(Order("Grace Hopper", lens="50lpi"), payload_from_hex("0123456789abcdef"))
 #: The camera looks away from the badge in spells of so many seconds, after so many with it; by so much, and takes this
 #: long to turn.
 AWAY_S, SEEN_S, AWAY_RAD, TURN_S = (0.5, 2.0), (1.0, 3.0), math.radians(50.0), 0.25

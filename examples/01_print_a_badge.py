@@ -3,13 +3,13 @@
 import sys
 from pathlib import Path
 
-from moireid.designer import Request, design_badge, explain, random_payload
+from moireid.designer import Order, design_badge, explain, random_payload
 from moireid.fabrication import print_badge
 
 
 def main(folder: Path) -> None:
     """Print a badge for Ada into `folder`, without a mount."""
-    badge = design_badge(Request("Ada Lovelace", range_m=(0.8, 2.0)), random_payload())
+    badge = design_badge(Order("Ada Lovelace", lens="50lpi", range_m=(0.8, 2.0)), random_payload())
     printed = print_badge(badge, folder, mount="none", overwrite=True)
     for what, figure in explain(badge):
         print(f"{what:<26} {figure}")

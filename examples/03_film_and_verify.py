@@ -3,7 +3,7 @@
 import sys
 from pathlib import Path
 
-from moireid.designer import Request, design_badge, random_payload
+from moireid.designer import Order, design_badge, random_payload
 from moireid.simulate import Build, Camera, Scene, film, motion_named
 from moireid.verifier import Question, verify, write_report
 
@@ -11,7 +11,7 @@ from moireid.verifier import Question, verify, write_report
 def main(folder: Path) -> None:
     """Write two short films and their reports into `folder`."""
     folder.mkdir(parents=True, exist_ok=True)
-    badge = design_badge(Request("Ada Lovelace"), random_payload())
+    badge = design_badge(Order("Ada Lovelace", lens="50lpi"), random_payload())
     scene = Scene(badge, Build.typical(seed=1), Camera(width=1280, height=720, focal_px=967.0))
     motion = motion_named("sway", distance_mm=800.0, seed=1)
     for kind in (None, "frozen"):

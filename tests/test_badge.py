@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from moireid.badge import Badge, Cell, CodedFrame, Grating, Lens, Markers, badge_from_json, load_badge
-from moireid.designer import Request, design_badge
+from moireid.designer import Order, design_badge
 from moireid.errors import SpecError
 
 Document = dict[str, Any]
@@ -209,7 +209,7 @@ def test_layout_key_tells_layouts_apart_and_people_not(ada: Badge) -> None:
     assert grating.code is not None
     same = [
         replace(ada, id="000000", name="Bob", print={"dpi": 600}, range_m=(1.0, 2.0)),
-        design_badge(Request("Bob"), bytes(range(8))),
+        design_badge(Order("Bob", lens="50lpi"), bytes(range(8))),
         replace(ada, gratings=(replace(grating, cells=tuple(replace(c, edge_mm=0.0) for c in grating.cells)),)),
     ]
     assert {badge.layout_key() for badge in same} == {ada.layout_key()}

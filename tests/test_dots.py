@@ -18,8 +18,8 @@ from PIL import Image
 
 from kit.programs import needs
 from moireid.badge import Badge, Cell, Grating, load_badge
-from moireid.designer import Request, design_badge
-from moireid.designer.request import parse_scale
+from moireid.designer import Order, design_badge
+from moireid.designer.order import parse_scale
 from moireid.dots import line_edges_mm, nearest_dot, on_dots, realised
 from moireid.errors import DesignError, SpecError
 from moireid.fabrication.package import badge_file
@@ -75,7 +75,7 @@ def test_a_pitch_a_thousandth_from_whole_dots_keeps_its_place():
 @pytest.mark.parametrize("dpi", [600, 1200, 2400, 4800])
 def test_badges_tell_what_dots_make_of_every_cell(dpi):
     """Catches: figures of another resolution; a cell left out."""
-    badge = design_badge(Request("Ada", printer_dpi=dpi), PAYLOAD)
+    badge = design_badge(Order("Ada", lens="50lpi", printer_dpi=dpi), PAYLOAD)
     report = on_dots(badge)
     assert len(report["cells"]) == sum(len(grating.cells) for grating in badge.gratings)
     assert max(row[3] for row in report["cells"]) <= 0.5 * 25400 / dpi + 0.01
@@ -84,16 +84,16 @@ def test_badges_tell_what_dots_make_of_every_cell(dpi):
         found = realised(grating, grating.cells[c], badge.lens.pitch_mm, 25.4 / dpi)
         expected = (1e6 * found.pitch_error, found.phase_error_rad, found.beat_error)
         assert (ppm, phase, beat) == pytest.approx(expected, abs=0.01)
-    assert on_dots(design_badge(Request("Ada", printer_dpi=dpi, form="vector"), PAYLOAD)) is None
+    assert on_dots(design_badge(Order("Ada", lens="50lpi", printer_dpi=dpi, form="vector"), PAYLOAD)) is None
 
 
 def test_dots_too_coarse_for_the_code_are_refused_with_what_would_do():
     """Catches: a badge that no print of it can spell."""
     for dpi, words in ((150, "dots wide"), (293, "off its place")):
         with pytest.raises(DesignError, match=words) as refused:
-            design_badge(Request("Ada", printer_dpi=dpi), PAYLOAD)
+            design_badge(Order("Ada", lens="50lpi", printer_dpi=dpi), PAYLOAD)
         assert f"{refused.value.details['least_dpi']} dpi or more" in str(refused.value)
-        design_badge(Request("Ada", printer_dpi=refused.value.details["least_dpi"]), PAYLOAD)
+        design_badge(Order("Ada", lens="50lpi", printer_dpi=refused.value.details["least_dpi"]), PAYLOAD)
 
 
 # The page.
@@ -142,7 +142,9 @@ def test_every_edge_is_painted_within_half_a_dot_of_its_place(raster, tmp_path):
     rounding that adds up.
     """
     for dpi, axes, size in ((600, "x", (146.0, 160.0)), (600, "xy", (186.0, 200.0)), (1200, "x", (146.0, 160.0))):
-        badge = design_badge(Request("Ada", printer_dpi=dpi, axes=axes, size_mm=size, pattern="cells"), PAYLOAD)
+        badge = design_badge(
+            Order("Ada", lens="50lpi", printer_dpi=dpi, axes=axes, size_mm=size, pattern="cells"), PAYLOAD
+        )
         write_badge_pdf(badge, tmp_path / "badge.pdf")
         errors, pitches = edge_errors(painted(tmp_path / "badge.pdf", raster, dpi), badge, dpi)
         assert np.abs(errors).max() <= 0.5 + 1e-3, (dpi, axes)
@@ -154,7 +156,7 @@ def test_all_forms_are_made_of_the_badge_s_own(tmp_path):
     """Catches: a form that is silently another."""
     sizes = set()
     for form in FORMS:
-        badge = design_badge(Request("Ada", form=form), PAYLOAD)
+        badge = design_badge(Order("Ada", lens="50lpi", form=form), PAYLOAD)
         write_badge_pdf(badge, tmp_path / f"{form}.pdf")
         sizes.add((tmp_path / f"{form}.pdf").stat().st_size)
     assert len(sizes) == len(FORMS)
@@ -165,7 +167,7 @@ def test_all_forms_are_made_of_the_badge_s_own(tmp_path):
 
 def test_a_measured_scale_is_made_up_for_on_both_axes(tmp_path):
     """Catches: the scale applied the wrong way round, x and y exchanged, a middle that moves, drift under scale."""
-    badge = design_badge(Request("Ada", pattern="cells"), PAYLOAD)
+    badge = design_badge(Order("Ada", lens="50lpi", pattern="cells"), PAYLOAD)
     write_badge_pdf(badge, tmp_path / "badge.pdf", measured_scale=(0.9973, 1.004))
     dark = painted(tmp_path / "badge.pdf", "poppler", 1200)
     dot = 25.4 / 1200
@@ -217,7 +219,7 @@ def test_scales_that_are_none_are_refused(text):
 def test_badge_files_of_every_form_are_read_back(tmp_path):
     """Catches: figures that JSON, or the schema, does not take; a badge that is another one on another printer."""
     for form in FORMS:
-        badge = design_badge(Request("Ada", form=form), PAYLOAD)
+        badge = design_badge(Order("Ada", lens="50lpi", form=form), PAYLOAD)
         (tmp_path / "badge.json").write_text(badge_file(badge), encoding="utf-8")
         assert load_badge(tmp_path / "badge.json") == badge
         document = json.loads(badge_file(badge))

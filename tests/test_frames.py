@@ -11,7 +11,7 @@ import pytest
 
 from kit.numeric_films import Building, filmed
 from moireid.badge import Badge, Cell, Grating, badge_from_json
-from moireid.designer import Request, design_badge
+from moireid.designer import Order, design_badge
 from moireid.errors import DesignError, SpecError
 from moireid.fabrication.page.pdf import dark_lines
 from moireid.frames import OwnFrame, own_frame, own_rect
@@ -34,12 +34,12 @@ RANGE_M = (0.8, 2.0)
 
 @pytest.fixture(scope="module")
 def hexagonal() -> Badge:
-    return design_badge(Request("Ada", axes="hex", range_m=RANGE_M), PAYLOAD)
+    return design_badge(Order("Ada", lens="50lpi", axes="hex", range_m=RANGE_M), PAYLOAD)
 
 
 def one_grating(axis: str | float) -> Badge:
     """A badge of one grating whose rectangle is off the page's centre, of that axis and nothing else changed."""
-    badge = design_badge(Request("Ada", form="vector"), PAYLOAD)
+    badge = design_badge(Order("Ada", lens="50lpi", form="vector"), PAYLOAD)
     rect = (92.0, 131.0, 131.0, 155.0)
     cells = tuple(
         Cell((92.0, low, 131.0, low + 8.0), 0.52 + 0.003 * k, 92.1 + 0.07 * k, 0.45)
@@ -103,7 +103,7 @@ def test_the_file_keeps_an_angle_and_refuses_what_is_none(hexagonal: Badge) -> N
 @pytest.mark.parametrize("size_mm", [(146.0, 160.0), (120.0, 130.0), (160.0, 120.0), (148.0, 210.0), (186.0, 140.0)])
 def test_three_fields_lie_on_the_board_apart_from_each_other_and_the_markers(size_mm: tuple[float, float]) -> None:
     """Catches: fields over a marker's white, over name or id, over the board's margin, or without paper between."""
-    badge = design_badge(Request("Ada", axes="hex", range_m=(0.8, 1.2), size_mm=size_mm), PAYLOAD)
+    badge = design_badge(Order("Ada", lens="50lpi", axes="hex", range_m=(0.8, 1.2), size_mm=size_mm), PAYLOAD)
     x0, y0, x1, y1 = badge.outline_mm
     quiet = badge.markers.size_mm * (0.5 + 1.05 / 6)
     blocked = [((x - quiet, y - quiet), (x + quiet, y + quiet)) for x, y in badge.markers.centers_mm]
@@ -131,7 +131,7 @@ def _points(badge: Badge, grating: Grating) -> np.ndarray:
 def test_a_board_too_small_for_three_fields_says_so() -> None:
     """Catches: fields of no height, or an error that names no way out."""
     with pytest.raises(DesignError, match="larger board"):
-        design_badge(Request("Ada", axes="hex", size_mm=(60.0, 66.0), range_m=(0.3, 0.5)), PAYLOAD)
+        design_badge(Order("Ada", lens="50lpi", axes="hex", size_mm=(60.0, 66.0), range_m=(0.3, 0.5)), PAYLOAD)
 
 
 def test_the_predicted_phase_is_that_of_the_closed_form() -> None:

@@ -2,30 +2,27 @@
 
 from __future__ import annotations
 
+import random
 from collections import Counter
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from moireid.badge import Badge, load_badge
-from moireid.designer import Request, design_badge, random_payload
-from moireid.designer.formats import in_format
-from moireid.errors import FabricationError, RegistryError
+from moireid.designer import Order, design_badge, random_payload
+from moireid.designer.design import filled
+from moireid.errors import DesignError, FabricationError, RegistryError
 from moireid.fabrication.mount_parts import MountSolids
 from moireid.fabrication.package import print_badge
 from moireid.fabrication.printed.mount import MountPlan, MountReport
-from moireid.fabrication.process_figures import MountFigures, mount_figures
-from moireid.issuing import IssueOrder, Wear, plan_badge
+from moireid.issuing import choose_parts, draw, plan_badge
 from moireid.registry import open_registry
 
-PLAIN = Wear(None, None, None, None, None, None, ("Reporter",), None, None, None)
-
-
-def order(mount: str | None = "none", payload: bytes | None = None) -> IssueOrder:
-    return IssueOrder(PLAIN.fit(Request("Ada Lovelace")), PLAIN, mount, MountFigures(), payload)
+PLAIN = Order("Ada Lovelace", lines=["Reporter"], mount="none")
 
 
 @pytest.fixture
@@ -43,7 +40,7 @@ def calls(monkeypatch: pytest.MonkeyPatch) -> Counter[str]:
 
         monkeypatch.setattr(module, name, call)
 
-    counted("moireid.designer.drawn", "design_badge")
+    counted("moireid.issuing", "design_badge")
     # It is imported by the functions that call it.
     counted("moireid.fabrication.printed.mount", "plan_mount")
     return found
@@ -65,7 +62,7 @@ def test_a_badge_is_designed_once_and_its_mount_planned_once(
         assert plan is not None
         return MountReport(*files, 2.4e4, (150.0, 170.0, 8.0), 30.0, 0, (), {})
 
-    plan = plan_badge(order("lanyard"), None)
+    plan = plan_badge(replace(PLAIN, mount="lanyard"))
     monkeypatch.setattr("moireid.fabrication.printed.mount.write_mount", write_mount)
     monkeypatch.setattr("moireid.fabrication.package.shape_parts", lambda *_: NO_SOLIDS)
     monkeypatch.setattr("moireid.fabrication.assembly.guide._views", lambda *_: [])
@@ -80,7 +77,7 @@ def test_a_badge_is_designed_once_and_its_mount_planned_once(
 def test_a_plan_writes_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Catches: a check that leaves a folder or a registry."""
     monkeypatch.chdir(tmp_path)
-    plan_badge(order(), None)
+    plan_badge(PLAIN)
     assert list(tmp_path.iterdir()) == []
 
 
@@ -89,38 +86,99 @@ def test_an_identity_of_another_badge_is_refused(tmp_path: Path, monkeypatch: py
     monkeypatch.setenv("MOIREID_KEYS", str(tmp_path / "keys"))
     payload = random_payload(8)
     with open_registry(f"sqlite:///{tmp_path}/people.sqlite3", create=True) as registry:
-        first = plan_badge(order(payload=payload), registry.by_id)
+        first = plan_badge(replace(PLAIN, payload=payload), registry.by_id)
         assert first.holder is None
         registry.enroll(first.badge)
-        again = plan_badge(order(payload=payload), registry.by_id)
+        again = plan_badge(replace(PLAIN, payload=payload), registry.by_id)
         assert again.holder is not None and again.holder.name == "Ada Lovelace"
-        other = IssueOrder(PLAIN.fit(Request("Grace Hopper")), PLAIN, "none", MountFigures(), payload)
         with pytest.raises(RegistryError, match="is held by 'Ada Lovelace' already"):
-            plan_badge(other, registry.by_id)
+            plan_badge(replace(PLAIN, name="Grace Hopper", payload=payload), registry.by_id)
 
 
-CARD = Wear("cr80", "portrait", None, None, None, None, (), None, None, None)
+CARD = Order("Ada Lovelace", format="cr80", orientation="portrait")
 
 
 @pytest.fixture(scope="module")
 def badge() -> Badge:
-    return design_badge(in_format(Request("Ada Lovelace"), "cr80", orientation="portrait"), bytes(8))
+    return design_badge(CARD, bytes(8))
 
 
 def test_a_format_gets_a_holder_where_the_mount_asked_for_does_not_fit(badge: Badge) -> None:
     """Catches: a refusal or a note alone where a holder can be made; a holder in place of a mount that fits."""
-    parts, note = CARD.parts(badge, "stand", MountFigures())
+    parts, note = choose_parts(badge, replace(CARD, mount="stand"))
     assert parts.printed == "holder"
     assert note == "no printed mount of the kind stand fits cr80; a snap-in holder is made instead"
     for wish in (None, "lanyard", "holder", "none"):
-        parts, note = CARD.parts(badge, wish, MountFigures())
+        parts, note = choose_parts(badge, replace(CARD, mount=wish))
         assert (parts.printed, note) == (wish or "lanyard", None)
 
 
 def test_a_figure_that_was_given_is_an_order(badge: Badge) -> None:
     """Catches: another mount than the one whose figure was set; a board of its own that is given a holder unasked."""
     with pytest.raises(FabricationError, match="front wall"):
-        CARD.parts(badge, "stand", mount_figures(["stand_deg=20"]))
+        choose_parts(badge, replace(CARD, mount="stand", mount_mm={"stand_deg": 20.0}))
     # A board of its own has the acrylic stack, which can be made.
-    parts, note = replace(CARD, format_name=None).parts(badge, "stand", MountFigures())
+    parts, note = choose_parts(badge, replace(CARD, format=None, mount="stand"))
     assert (parts.printed, note) == ("none", None) and parts.acrylic and "front wall" in parts.left_out["printed"]
+
+
+# Identities that are drawn.
+
+
+def test_a_name_makes_no_identity() -> None:
+    """Catches: an identity that a name, a seed or the clock gives, with which anybody could print the badge."""
+    random.seed(1)
+    np.random.seed(1)  # noqa: NPY002 - a seed that somebody sets must change nothing
+    first, _ = draw(filled(Order("Ada Lovelace")), None)
+    random.seed(1)
+    np.random.seed(1)  # noqa: NPY002
+    second, _ = draw(filled(Order("Ada Lovelace")), None)
+    assert first.id != second.id and first.name == second.name
+
+
+def test_an_identity_is_as_long_as_its_place_asks() -> None:
+    """Catches: 64 bits where no registry looks for twins, 128 that the range cannot carry, a length without a note."""
+    long, note = draw(Order("A"), None)
+    assert (long.payload_bits, note) == (128, None)
+    short, note = draw(Order("A", lens="50lpi", size_mm=(60.0, 66.0), range_m=(0.3, 1.6)), None)
+    assert short.payload_bits == 64 and note is not None and "64 bits" in note
+    known, note = draw(Order("A"), lambda _: None)
+    assert (known.payload_bits, note) == (64, None)
+    assert draw(Order("A", lens="50lpi", code="pitch"), None)[0].payload_bits == 24
+    with pytest.raises(DesignError):
+        draw(Order("A", range_m=(0.8, 30.0)), None)
+
+
+@dataclass(frozen=True)
+class Held:
+    """Somebody's record."""
+
+    badge: Badge
+    name: str = "Bob"
+    issued_at: str = "2026-01-31T12:00:00Z"
+    revoked_at: str | None = None
+    revoked_reason: str | None = None
+
+
+def test_what_somebody_holds_is_drawn_anew(badge: Badge) -> None:
+    """Catches: an identity that is issued twice, and a loop without end where none is free."""
+    asked: list[str] = []
+
+    def taken_twice(badge_id: str) -> Any:
+        asked.append(badge_id)
+        return Held(badge) if len(asked) < 3 else None
+
+    free, _ = draw(Order("A"), taken_twice)
+    assert len(set(asked)) == 3 and free.id == asked[-1]
+
+    def someones(badge_id: str) -> Any:
+        return Held(badge)
+
+    with pytest.raises(RegistryError, match="all are issued"):
+        draw(Order("A", lens="50lpi", code="pitch"), someones)
+
+    def revoked(badge_id: str) -> Any:
+        return Held(badge, revoked_at="2026-02-01")
+
+    with pytest.raises(RegistryError, match="revoked"):
+        plan_badge(replace(PLAIN, payload=bytes(8)), revoked)

@@ -15,8 +15,7 @@ from moireid.badge import Badge, load_badge
 from moireid.calibration import load_pictures
 from moireid.calibration.camera_fit import camera_from_film
 from moireid.calibration.thickness import thickness_from_film
-from moireid.designer import Request, design_badge
-from moireid.designer.people import read_people
+from moireid.designer import Order, design_badge
 from moireid.errors import MoireIdError, SpecError
 from moireid.fabrication import print_badge, print_event, write_badge_pdf
 from moireid.files import as_path
@@ -37,7 +36,7 @@ from moireid.verifier.camera.known_camera import load_camera
 from moireid.verifier.session.capture import capture_as_built
 
 BADGE = load_badge(FILMS / "badge.json")
-ISSUED = design_badge(Request("Ada Lovelace"), bytes(range(8)))
+ISSUED = design_badge(Order("Ada Lovelace", lens="50lpi"), bytes(range(8)))
 
 
 class NoPeople:
@@ -60,7 +59,6 @@ READERS: dict[str, Callable[[Any], object]] = {
     "load_pictures": load_pictures,
     "camera_from_film": camera_from_film,
     "thickness_from_film": lambda path: thickness_from_film(path, BADGE),
-    "read_people": read_people,
     "content_of": content_of,
     "load_picture": lambda path: load_picture(path, "logo"),
     "load_lens_profile": load_lens_profile,

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import fields, replace
 
 from moireid.badge import Badge
-from moireid.designer import Request, design_badge
+from moireid.designer import Order, design_badge
 from moireid.registry import Record
 
-BADGE = design_badge(Request("Ada Lovelace"), bytes(range(8)))
+BADGE = design_badge(Order("Ada Lovelace", lens="50lpi"), bytes(range(8)))
 
 
 def test_equal_means_equal_whatever_is_shown() -> None:

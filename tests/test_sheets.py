@@ -8,7 +8,7 @@ from typing import get_args
 import pytest
 
 from moireid.badge import badge_from_json
-from moireid.designer import Request, design_badge
+from moireid.designer import Order, design_badge
 from moireid.errors import SpecError
 from moireid.lenticule import trace_law
 from moireid.profiles import lens_named, mask_named, sheet_of_thickness
@@ -73,9 +73,9 @@ def test_the_studio_offers_every_product():
 
 def test_a_badge_is_designed_for_the_sheet_that_was_measured():
     """Catches: a thickness that is asked for and forgotten, or lost in badge.json; one given for a mask."""
-    wish = Request("Thin", lens="75lpi", lens_thickness_mm=0.457)
+    wish = Order("Thin", lens="75lpi", lens_thickness_mm=0.457)
     badge = design_badge(wish, bytes(8))
     assert badge.lens == sheet_of_thickness(lens_named("75lpi"), 0.457)
     assert badge_from_json(badge.to_json()).lens == badge.lens
     with pytest.raises(SpecError, match="gap"):
-        design_badge(Request("Mask", front="mask", lens_thickness_mm=0.457), bytes(8))
+        design_badge(Order("Mask", lens="50lpi", front="mask", lens_thickness_mm=0.457), bytes(8))

@@ -10,7 +10,7 @@ import pytest
 
 from kit.payloads import payload_for_name
 from moireid.badge import Badge, badge_from_json
-from moireid.designer import Request, design_badge
+from moireid.designer import Order, design_badge
 from moireid.errors import MoireIdError, SpecError
 from moireid.frames import own_rect
 from moireid.idcodes.families import spells_its_id
@@ -21,7 +21,7 @@ PAYLOAD = payload_for_name("Ada Lovelace")
 
 
 def silk(axes: str = "x", **wish: object) -> Badge:
-    return design_badge(Request("Ada Lovelace", axes=axes, pattern="silk", **wish), PAYLOAD)
+    return design_badge(Order("Ada Lovelace", lens="50lpi", axes=axes, pattern="silk", **wish), PAYLOAD)
 
 
 @pytest.fixture(scope="module")
@@ -102,7 +102,7 @@ def test_the_step_is_smooth():
 def test_a_silk_badge_is_format_2_and_others_stay_format_1(badge):
     """Catches: files of old badges that change; a silk badge that an older version would read as cells."""
     assert '"format": 2' in badge.to_json() and badge_from_json(badge.to_json()) == badge
-    plain = design_badge(Request("Ada Lovelace", pattern="cells"), PAYLOAD)
+    plain = design_badge(Order("Ada Lovelace", lens="50lpi", pattern="cells"), PAYLOAD)
     assert '"format": 1' in plain.to_json() and "blend_mm" not in plain.to_json()
     assert is_smooth(badge.gratings[0]) and not is_smooth(plain.gratings[0])
     assert badge.layout_key() != plain.layout_key()
@@ -117,7 +117,7 @@ def test_a_silk_badge_is_format_2_and_others_stay_format_1(badge):
 )
 def test_new_badges_are_silk_where_lines_may_bend(wish, bytes_, bends):
     """Catches: a default that refuses turned fields or the pitch code; hard cells where none are asked for."""
-    badge = design_badge(Request("Ada", range_m=(0.8, 2.0), **wish), PAYLOAD[:1] * bytes_)
+    badge = design_badge(Order("Ada", lens="50lpi", range_m=(0.8, 2.0), **wish), PAYLOAD[:1] * bytes_)
     assert [is_smooth(grating) for grating in badge.gratings] == [bends] * len(badge.gratings)
 
 
@@ -138,4 +138,4 @@ def test_what_cannot_be_silk_says_so(wish):
     """Catches: a pitch code that is bent; a pattern that is taken for the usual one."""
     payload = PAYLOAD[:3] if wish.get("family") else PAYLOAD
     with pytest.raises(MoireIdError, match=r"silk|pattern"):
-        design_badge(replace(Request("Ada Lovelace", pattern="silk"), **wish), payload)
+        design_badge(replace(Order("Ada Lovelace", lens="50lpi", pattern="silk"), **wish), payload)

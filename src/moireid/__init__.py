@@ -32,6 +32,7 @@ calibration/     a sheet or a camera, from pictures      attest/       verdicts 
 cli/             the two programs                        issuing.py    an order -> a badge that can be made
 api/             what `import moireid as mo` offers      enrolment.py  measured figures into a registry
 version.py       the version of the packages             shopping.py   a format or a badge -> what to buy for it
+                                                         people.py     a list of people -> the badge of each
 """
 
 from moireid.lazy import lazy
@@ -45,6 +46,7 @@ if TYPE_CHECKING:
     from moireid.api.places import Registry
     from moireid.asbuilt import AsBuilt
     from moireid.badge import Badge, load_badge
+    from moireid.designer.order import Order
     from moireid.errors import (
         CodeError,
         DesignError,
@@ -68,6 +70,7 @@ __all__ = [
     "MediaError",
     "MissingExtraError",
     "MoireIdError",
+    "Order",
     "Registry",
     "RegistryError",
     "SpecError",
@@ -95,6 +98,7 @@ __getattr__ = lazy(
         **dict.fromkeys(("Badge", "load_badge"), "badge"),
         "AsBuilt": "asbuilt",
         "FilmCheck": "api.film_check",
+        "Order": "designer.order",
         "Registry": "api.places",
         "mount_solids": "fabrication.solid_parts",
         # The package, which can be called.

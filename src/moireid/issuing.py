@@ -1,46 +1,45 @@
-"""From an order to a badge that can be made, for `print-your-badge` and for the studio.
+"""From an order to a badge that can be made, for `print-your-badge`, for Python and for the studio.
 
-`Wear` is the requested size and looks of a badge, and chooses the mount that suits them.  `plan_badge` designs the
-badge once and plans its parts once; it writes nothing and asks the registry for holders alone.
-`fabrication.print_badge` makes the files of a plan, and calls what enters the badge into a registry before they are in
-place.
+`plan_badge` designs the badge once and plans its parts once; it writes nothing and asks the registry for holders alone.
+`fabrication.print_badge` makes the files of a package, and calls what enters the badge into a registry before they are
+in place.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable, Collection, Iterable
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from moireid.errors import FabricationError, RegistryError, SpecError
+from moireid.artwork.content import Artwork, content_of, with_lines
+from moireid.artwork.placing import Look
+from moireid.artwork.template import template_named
+from moireid.badge import Badge
+from moireid.designer.design import design_badge, filled
+from moireid.designer.formats import format_named, size_of
+from moireid.designer.order import FAMILY_BYTES, Order, random_payload
+from moireid.designer.reach import link_budgets
+from moireid.errors import DesignError, FabricationError, RegistryError, SpecError
+from moireid.fabrication.mount_parts import Parts, plan_parts
+from moireid.fabrication.package import file_names
+from moireid.fabrication.page.lettering import name_note
+from moireid.fabrication.page.marks import check_look, look_notes
+from moireid.fabrication.process_figures import mount_figures
 
 if TYPE_CHECKING:
-    from moireid.artwork.placing import Look
-    from moireid.badge import Badge
-    from moireid.designer import Request
-    from moireid.designer.drawn import HolderOf, KnownHolder
-    from moireid.fabrication.mount_parts import Parts
-    from moireid.fabrication.process_figures import MountFigures
+    from moireid.registry import Record
+
+#: Where half of all identities are issued, so many draws fail once in 1e19 times; of 64 bits the first is free.
+DRAWS = 64
+#: A long identity is taken where at both ends of the range it is read from so many of eight-second films.
+LEAST_READ = 0.999
+#: Returns the holder of an identity, None where it has none.
+HolderOf = Callable[[str], "Record | None"]
 
 
 @dataclass(frozen=True)
-class IssueOrder:
-    """What a badge is to be.
-
-    request: as `Wear.fit` gives it; mount: None where no mount was named; payload: the identity, None for one that is
-    drawn at random.
-    """
-
-    request: Request
-    wear: Wear
-    mount: str | None
-    figures: MountFigures
-    payload: bytes | None = None
-
-
-@dataclass(frozen=True)
-class IssuePlan:
+class Package:
     """A badge that can be made, and all that goes with it.
 
     look: None for name, lines and id alone; holder: who has this same badge already; notes: sentences for the person
@@ -49,153 +48,159 @@ class IssuePlan:
 
     badge: Badge
     look: Look | None
-    holder: KnownHolder | None
+    holder: Record | None
     parts: Parts
     notes: tuple[str, ...]
 
     @property
     def files(self) -> list[str]:
         """Names of the files that are made; badge.json is the last."""
-        from moireid.fabrication.package import file_names
-
         return file_names(self.parts)
 
 
-def plan_badge(order: IssueOrder, holder_of: HolderOf | None) -> IssuePlan:
+def plan_badge(order: Order, holder_of: HolderOf | None = None) -> Package:
     """Design the badge, plan its parts and check its looks; nothing is written.
 
     Parameters
     ----------
     holder_of : callable, optional
-        As for `drawn_badge`.
+        As for `draw`.
 
     Raises
     ------
     RegistryError
-        Where another badge has the identity; else as `drawn_badge`, `check_look` and `Wear.parts`.
+        Where another badge has the identity; else as `draw` and `plan_package`.
     """
-    from moireid.artwork.content import with_lines
-    from moireid.designer.drawn import drawn_badge
-    from moireid.fabrication.page.lettering import name_note
-    from moireid.fabrication.page.marks import check_look, look_notes
+    wanted, _ = fitted(order)
+    drawn, note = draw(wanted, holder_of)
+    badge = with_lines(drawn, order.lines)
+    return plan_package(badge, order, held(badge, holder_of), (note,))
 
-    drawn = drawn_badge(order.request, order.payload, holder_of)
-    badge, look = with_lines(drawn.badge, order.wear.lines), order.wear.look(order.request.axes)
-    about_name = name_note(badge.name)
+
+def plan_package(badge: Badge, order: Order, holder: Record | None = None, notes: Iterable[str | None] = ()) -> Package:
+    """A badge with the looks and the mount of an order.
+
+    Raises: SpecError as `check_look`; FabricationError as `choose_parts`, and for a name of which nothing is printed.
+    """
+    about_name, look = name_note(badge.name), look_of(order)
     check_look(badge, look)
+    parts, about_mount = choose_parts(badge, order)
+    said = (about_mount, about_name, *look_notes(badge, look), *notes)
+    return Package(badge, look, holder, parts, tuple(note for note in said if note))
+
+
+def fitted(order: Order) -> tuple[Order, Look | None]:
+    """The order with all that its format and its template say, and its looks.
+
+    Raises: SpecError for options that contradict each other; DesignError if nothing works.
+    """
+    look, payload = look_of(order), order.identity
+    if look is not None:
+        side = look.template.side(*size_of(order))
+        order = replace(order, head=side.head, foot=side.foot)
+    return filled(order, None if payload is None else len(payload)), look
+
+
+def look_of(order: Order) -> Look | None:
+    """Template, pictures and colour of the badge; None for a plain board with only name, lines and id.
+
+    Three directions of fringes take the space of a template, unless one is asked for.
+    Raises: SpecError for a template, picture or colour that cannot be used.
+    """
+    content = content_of(order.logo, order.portrait, order.colour)
+    plain = (order.axes == "hex" or order.format in (None, "board")) and content == Artwork()
+    if order.template is None and plain:
+        return None
+    own = "webcam" if order.format == "webcam" else "plain"
+    return Look(template_named(str(order.template or own)), content, format_named(order.format).corner_mm)
+
+
+def draw(order: Order, holder_of: HolderOf | None, taken: Collection[str] = ()) -> tuple[Badge, str | None]:
+    """The badge of a filled order, and a note where its identity is shorter than wished.
+
+    Parameters: holder_of: without a registry to ask, 128 bits are drawn if board and range carry them, so that no two
+        badges anywhere are alike; with one, 64 bits are enough; taken: identities that are not drawn either.
+    Raises: as `design_badge`; RegistryError where no identity that was drawn is free.
+    """
+    if order.identity is not None:
+        return design_badge(order, order.identity), None
+    sizes, note = FAMILY_BYTES[order.code or "spacing"], None
+    if holder_of is None and len(sizes) > 1:
+        if (long := _long(order, sizes[1])) is not None:
+            return long, None
+        note = (
+            f"a board of this size does not carry {8 * sizes[1]} bits over this range, so one of {8 * sizes[0]} bits "
+            "was drawn; a registry (--registry) makes sure that no one else holds it"
+        )
+    for _ in range(DRAWS):
+        payload = random_payload(sizes[0])
+        if payload.hex() not in taken and (holder_of is None or holder_of(payload.hex()) is None):
+            return design_badge(order, payload), note
+    raise RegistryError(
+        f"{DRAWS} identities of {8 * sizes[0]} bits were drawn, and all are issued already; use the spacing code"
+    )
+
+
+def _long(order: Order, size_bytes: int) -> Badge | None:
+    """A badge of a long identity, None where board and range do not carry one."""
+    try:
+        badge = design_badge(order, random_payload(size_bytes))
+    except DesignError:
+        # If a short identity does not help either, its own design raises the error.
+        return None
+    return badge if all(link.decode_probability >= LEAST_READ for _, link in link_budgets(badge)) else None
+
+
+def held(badge: Badge, holder_of: HolderOf | None) -> Record | None:
+    """The holder of this very badge.  Raises: RegistryError where its identity was revoked, or is another badge's."""
     holder = holder_of(badge.id or "") if holder_of else None
+    if holder is not None and holder.revoked_at is not None:
+        raise RegistryError(
+            f"badge {badge.id} of {holder.name!r} was revoked ({holder.revoked_reason}); give another identity"
+        )
     if holder is not None and holder.badge != badge:
         raise RegistryError(
             f"badge {badge.id} is held by {holder.name!r} already, and is another badge; give another identity"
         )
-    parts, about_mount = order.wear.parts(badge, order.mount, order.figures)
-    notes = (about_mount, about_name, *look_notes(badge, look), drawn.note)
-    return IssuePlan(badge, look, holder, parts, tuple(note for note in notes if note))
+    return holder
 
 
-@dataclass(frozen=True)
-class Wear:
-    """The options as they were given; None for an option that was not given."""
+def choose_parts(badge: Badge, order: Order) -> tuple[Parts, str | None]:
+    """The parts of an order's mount, and a note if a format gets another mount than the one asked for.
 
-    format_name: str | None
-    orientation: str | None
-    size_text: str | None
-    lens: str | None
-    range_text: str | None
-    template: str | None
-    lines: tuple[str, ...]
-    logo: Path | None
-    portrait: Path | None
-    colour: str | None
-    typeface: str | None = None
+    A format whose mount cannot be printed gets the snap-in holder, which fits all formats; if that cannot be made
+    either, it gets none.
 
-    @property
-    def files(self) -> list[Path]:
-        """The files that were given."""
-        named = (Path(text) for text in (self.template, self.lens) if text is not None)
-        return [path for path in (self.logo, self.portrait, *named) if path is not None and path.is_file()]
-
-    def fit(self, request: Request, payload_bytes: int | None = None) -> Request:
-        """The request in that format or size, with lens and range as given, or else as suit it and its template.
-
-        Parameters: payload_bytes: length of the identity that was given; None for one that is drawn.
-        Raises: SpecError for options that contradict each other; DesignError if nothing works.
-        """
-        from moireid.designer.formats import format_named, in_format, turned, within_reach
-        from moireid.designer.request import parse_range_m, parse_size_mm
-        from moireid.sheets import DEFAULT_LENS
-
-        if self.size_text is not None and (self.format_name is not None or self.orientation is not None):
-            raise SpecError("--size is for a badge of no format; give it without --format and --orientation")
-        range_m = parse_range_m(self.range_text) if self.range_text else None
-        size_mm = parse_size_mm(self.size_text) if self.size_text else request.size_mm
-        if self.format_name is not None or self.orientation is not None:
-            size_mm = turned(format_named(self.format_name or "board").size_mm, self.orientation)
-        look = self.look(request.axes)
-        if look is not None:
-            side = look.template.side(*size_mm)
-            request = replace(request, frame=replace(request.frame, head=side.head, foot=side.foot))
-        if self.format_name is not None or self.orientation is not None:
-            name = self.format_name or "board"
-            chosen: dict[str, Any] = {"orientation": self.orientation, "lens": self.lens, "range_m": range_m}
-            return in_format(request, name, payload_bytes=payload_bytes, **chosen)
-        # A mask is of any pitch.
-        usual = DEFAULT_LENS if request.front == "lens" else request.lens
-        request = replace(request, size_mm=size_mm, lens=self.lens or usual, range_m=range_m or request.range_m)
-        # Each of three fields is smaller than one over the whole board.
-        smaller = look is not None or request.axes == "hex"
-        return within_reach(request, payload_bytes) if smaller and range_m is None else request
-
-    def look(self, axes: str) -> Look | None:
-        """Template, pictures and colour of the badge; None for a plain board with only name, lines and id.
-
-        Parameters: axes: of the fringes; three directions take the space of a template, unless one is asked for.
-        Raises: SpecError for a template, picture or colour that cannot be used.
-        """
-        from moireid.artwork.content import Artwork, content_of
-        from moireid.artwork.placing import Look
-        from moireid.artwork.template import template_named
-        from moireid.designer.formats import format_named
-
-        content = content_of(self.logo, self.portrait, self.colour)
-        plain = (axes == "hex" or self.format_name in (None, "board")) and content == Artwork()
-        if self.template is None and self.typeface is None and plain:
-            return None
-        own = "webcam" if self.format_name == "webcam" else "plain"
-        corner_mm = format_named(self.format_name or "board").corner_mm
-        return Look(template_named(self.template or own), content, corner_mm, self.typeface)
-
-    def parts(self, badge: Badge, mount: str | None, figures: MountFigures) -> tuple[Parts, str | None]:
-        """The parts of the mount, and a note if a format gets another mount than the one asked for.
-
-        A format whose mount cannot be printed gets the snap-in holder, which fits all formats; if that cannot be made
-        either, it gets none.
-
-        Raises
-        ------
-        FabricationError
-            If neither the requested mount nor a holder can be made; or if a figure of the printer was given by name.
-        """
-        from moireid.designer.formats import format_named
-        from moireid.fabrication.mount_parts import plan_parts
-
-        form, kind = self.format_name, mount or "lanyard"
-        if kind in ("holder", "none") or form in (None, "board") or "printed" in figures.insisted:
-            return plan_parts(badge, kind, figures), None
-        wished, refused = None, None
-        try:
-            wished = plan_parts(badge, kind, figures)
-        except FabricationError as error:
-            refused = error
-        if wished is not None and "printed" not in wished.left_out:
-            return wished, None
-        with suppress(FabricationError):
-            held = plan_parts(badge, "holder", figures)
-            if "printed" not in held.left_out:
-                return held, f"no printed mount of the kind {kind} fits {form}; a snap-in holder is made instead"
-        if wished is not None:
-            return wished, None
-        if mount is not None and refused is not None:
-            raise refused
-        note = f"no mount is made for {form}; the badge goes into {format_named(form or kind).words}"
-        return plan_parts(badge, "none", figures), note
+    Raises
+    ------
+    SpecError
+        For figures without a mount, or of an unknown name.
+    FabricationError
+        If neither the requested mount nor a holder can be made; or if a figure of the printer was given by name.
+    """
+    form, kind, figures = order.format, order.mount or "lanyard", mount_figures(order.mount_mm)
+    # Without a mount, an adhesive holds page and sheet together.
+    if kind == "none" and any(not name.startswith("adhesive_mm") for name in order.mount_mm):
+        raise SpecError(
+            "--mount-figure is a figure of a mount; give --mount lanyard, clip, stand or holder with it, or leave "
+            "it out (adhesive_mm alone goes without a mount)"
+        )
+    if kind in ("holder", "none") or form in (None, "board") or "printed" in figures.insisted:
+        return plan_parts(badge, kind, figures), None
+    wished, refused = None, None
+    try:
+        wished = plan_parts(badge, kind, figures)
+    except FabricationError as error:
+        refused = error
+    if wished is not None and "printed" not in wished.left_out:
+        return wished, None
+    with suppress(FabricationError):
+        holder = plan_parts(badge, "holder", figures)
+        if "printed" not in holder.left_out:
+            return holder, f"no printed mount of the kind {kind} fits {form}; a snap-in holder is made instead"
+    if wished is not None:
+        return wished, None
+    if order.mount is not None and refused is not None:
+        raise refused
+    note = f"no mount is made for {form}; the badge goes into {format_named(form).words}"
+    return plan_parts(badge, "none", figures), note

@@ -11,7 +11,6 @@ if TYPE_CHECKING:
     from moireid.badge import Badge
     from moireid.fabrication.shopping.cutting import CuttingPlan
     from moireid.fabrication.shopping.shopping_list import ShoppingList
-    from moireid.issuing import Wear
 
 #: A lens sheet where none is given, mm across the lenses and along them: A4, its lenses along the longer side.
 ASSUMED_MM = (210.0, 297.0)
@@ -36,9 +35,11 @@ def usual_badge(form: str, lens: str | None = None) -> Badge:
     DesignError
         Where nothing works.
     """
-    from moireid.designer import Request, design_badge
+    from moireid.designer import Order, design_badge
+    from moireid.issuing import fitted
 
-    return design_badge(_wear(form, lens).fit(Request("Everybody")), bytes(8))
+    order, _ = fitted(Order("Everybody", format=form, lens=lens))
+    return design_badge(order, bytes(8))
 
 
 def list_for(
@@ -72,14 +73,16 @@ def list_for(
     SpecError
         For a number of people that no event has.
     """
+    from moireid.designer import Order
     from moireid.designer.formats import format_of
-    from moireid.fabrication.process_figures import MountFigures
     from moireid.fabrication.shopping.shopping_list import shopping_list
+    from moireid.issuing import choose_parts
     from moireid.materials import materials_for
 
     form = format_of(badge.outline_mm)
     kind = mount or ("none" if form is not None and materials_for("holder", form=form) else "lanyard")
-    parts, note = _wear(form).parts(badge, "lanyard" if kind == "acrylic" else kind, MountFigures())
+    order = Order("Everybody", format=form, mount="lanyard" if kind == "acrylic" else kind)
+    parts, note = choose_parts(badge, order)
     if kind == "acrylic" and parts.acrylic is None:
         raise FabricationError(f"no acrylic stack can be made: {parts.left_out['acrylic']}; give another mount")
     parts = replace(parts, printed="none") if kind == "acrylic" else replace(parts, acrylic=None)
@@ -88,13 +91,6 @@ def list_for(
     if found.cutting is not None:
         notes += _sheet_notes(found.cutting, assumed=sheet_mm is None)
     return replace(found, notes=(*notes, *found.notes))
-
-
-def _wear(form: str | None, lens: str | None = None) -> Wear:
-    """A badge of that format with nothing on it but what all badges have."""
-    from moireid.issuing import Wear
-
-    return Wear(form, None, None, lens, None, None, (), None, None, None)
 
 
 def _sheet_notes(plan: CuttingPlan, *, assumed: bool) -> list[str]:

@@ -16,7 +16,7 @@ import pytest
 import moireid as mo
 from kit.coded_films import first_frames
 from kit.places import FILMS
-from moireid.designer import Request, design_badge
+from moireid.designer import Order, design_badge
 from moireid.idcodes import specimen_of
 from moireid.registry import open_registry
 from moireid.sandbox.seal import MEANS
@@ -105,7 +105,7 @@ def test_a_forged_film_is_rejected() -> None:
 
 def test_markup_in_a_name_is_shown_as_text() -> None:
     """Catches: a badge's name that runs as a script in a notebook."""
-    badge = design_badge(Request("<script>alert(1)</script>"), bytes(8))
+    badge = design_badge(Order("<script>alert(1)</script>", lens="50lpi"), bytes(8))
     assert "<script" not in mo.verify(GENUINE, badge=badge)._repr_html_()
 
 
@@ -128,7 +128,7 @@ def test_wishes_that_contradict_each_other_are_refused(given: dict[str, Any], wo
 
 def test_a_claim_is_looked_up_in_a_registry_by_path_url_or_object(tmp_path: Path, short: Path) -> None:
     """Catches: a plain path that is taken for a URL; an open registry that is closed; one made by a verify."""
-    badge = design_badge(Request("Ada Lovelace"), bytes(range(8)))
+    badge = design_badge(Order("Ada Lovelace", lens="50lpi"), bytes(range(8)))
     with mo.Registry(tmp_path / "people.sqlite3", create=True) as registry:
         registry.enroll(badge)
         for place in (registry, tmp_path / "people.sqlite3", str(tmp_path / "people.sqlite3"), registry.shown_url):
@@ -151,7 +151,7 @@ def test_a_claim_is_looked_up_in_a_registry_by_path_url_or_object(tmp_path: Path
 def test_a_bundle_is_asked_in_place_of_a_registry(tmp_path: Path, short: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Catches: a bundle that is taken and not asked; its first sight that goes without a warning."""
     with open_registry(f"sqlite:///{tmp_path}/people.sqlite3", create=True) as registry:
-        registry.enroll(design_badge(Request("Ada Lovelace"), bytes(range(8))))
+        registry.enroll(design_badge(Order("Ada Lovelace", lens="50lpi"), bytes(range(8))))
         registry.publish(tmp_path / "people.bundle", specimen_of, days=30)
     # Another user's memory.
     monkeypatch.setenv("MOIREID_SEEN", str(tmp_path / "other.sqlite3"))

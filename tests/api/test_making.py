@@ -25,7 +25,7 @@ def own_keys(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize("wish", [{}, {"format": "cr80"}, {"format": "a6", "template": "newsroom"}])
 def test_the_badge_and_its_page_are_those_of_the_command(wish: dict[str, str], tmp_path: Path) -> None:
     """Catches: a wish that is lost on the way; a look or a format that the printed page does not have."""
-    badge = mo.design("Ada Lovelace", payload=PAYLOAD, lines=["Reporter"], **wish)  # type: ignore[arg-type]
+    badge = mo.design("Ada Lovelace", payload=PAYLOAD, lines=["Reporter"], **wish)
     printed = mo.print_badge(badge, str(tmp_path / "ours"), mount="none", template=wish.get("template"))
     options = [word for name, value in wish.items() for word in (f"--{name}", value)]
     line = ["--payload", PAYLOAD, "--line", "Reporter", "--mount", "none", *options]
@@ -40,11 +40,10 @@ def test_the_badge_and_its_page_are_those_of_the_command(wish: dict[str, str], t
 @pytest.mark.parametrize(
     ("wish", "options"),
     [
-        ({"code": "pitch", "payload": "308628"}, ["--code", "pitch", "--payload", "308628"]),
         ({"form": "vector", "payload": PAYLOAD}, ["--form", "vector", "--payload", PAYLOAD]),
         (
-            {"front": "mask", "gap_mm": 2.0, "payload": PAYLOAD},
-            ["--front", "mask", "--gap", "2", "--payload", PAYLOAD],
+            {"front": "mask", "lens_thickness_mm": 2.0, "payload": PAYLOAD},
+            ["--front", "mask", "--lens-thickness", "2", "--payload", PAYLOAD],
         ),
     ],
 )
@@ -55,19 +54,13 @@ def test_lines_are_drawn_as_the_command_draws_them(wish: dict[str, Any], options
     assert mo.design("Ada", **wish) == mo.load_badge(tmp_path / "ada" / "badge.json")
 
 
-def test_a_gap_is_a_masks() -> None:
-    """Catches: a spacer that is ignored because the badge has a sheet."""
-    with pytest.raises(mo.SpecError, match="gap_mm is the spacer of a mask"):
-        mo.design("Ada", gap_mm=2.0)
-
-
 def test_sizes_and_distances_are_numbers() -> None:
     """Catches: figures that lose digits as they become the text of an option."""
     badge = mo.design("Ada", size_mm=(150.125, 140), range_m=(0.8, 1.0), payload=bytes(8))
     x0, y0, x1, y1 = badge.outline_mm
     assert (x1 - x0, y1 - y0, badge.range_m, badge.id) == (150.125, 140, (0.8, 1.0), "00" * 8)
     with pytest.raises(mo.SpecError, match=r"size_mm='large' is no pair of numbers"):
-        mo.design("Ada", size_mm="large")  # type: ignore[arg-type]
+        mo.design("Ada", size_mm="large")
     with pytest.raises(mo.SpecError, match="is not possible"):
         mo.design("Ada", range_m=(2.0, 1.0))
 
@@ -109,20 +102,6 @@ def test_artwork_is_on_the_page_and_kept_from_harm(tmp_path: Path) -> None:
     assert with_logo.files["preview.png"].read_bytes() != plain.files["preview.png"].read_bytes()
     with pytest.raises(mo.SpecError, match="is a file that is read here"):
         mo.print_badge(badge, tmp_path, mount="none", logo=logo, overwrite=True)
-
-
-def test_letters_are_of_the_typeface_that_is_named(tmp_path: Path) -> None:
-    """Catches: a typeface that is taken and not used; another than the command's; one that no one has, set in sans."""
-    badge = mo.design("Ada", format="a6", payload=PAYLOAD)
-    ours = mo.print_badge(badge, tmp_path / "ours", mount="none", typeface="serif")
-    line = ["--format", "a6", "--payload", PAYLOAD, "--mount", "none", "--typeface", "serif"]
-    done = CliRunner().invoke(moireid, ["print", "Ada", "--out", str(tmp_path / "theirs"), *line])
-    assert done.exit_code == 0, done.output
-    assert ours.files["preview.png"].read_bytes() == (tmp_path / "theirs" / "preview.png").read_bytes()
-    sans = mo.print_badge(badge, tmp_path / "sans", mount="none")
-    assert sans.files["preview.png"].read_bytes() != ours.files["preview.png"].read_bytes()
-    with pytest.raises(mo.SpecError, match="typeface 'gothic' is not known; choose one of sans, serif, slab"):
-        mo.print_badge(badge, tmp_path / "none", mount="none", typeface="gothic")
 
 
 def test_a_note_of_the_command_is_a_warning_here(tmp_path: Path) -> None:

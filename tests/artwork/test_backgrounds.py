@@ -3,21 +3,19 @@
 from __future__ import annotations
 
 import itertools
-from dataclasses import replace
 
 import pytest
 
 from moireid.artwork.backgrounds import background_rects, border_rects, without
 from moireid.artwork.clear import AIR_MM, BLEED_MM, clear_zones, overlap
 from moireid.badge import Badge
-from moireid.designer import Request, design_badge
-from moireid.designer.formats import ORIENTATIONS, in_format
-from moireid.designer.request import FringeBorder
+from moireid.designer import Order, design_badge
+from moireid.designer.formats import ORIENTATIONS
 
 
 def badge_for(name: str, orientation: str, markers: str) -> Badge:
-    wish = replace(Request("Ada", markers=markers), frame=FringeBorder(head=0.4, foot=0.1))
-    return design_badge(in_format(wish, name, orientation=orientation), bytes(8))
+    order = Order("Ada", markers=markers, format=name, orientation=orientation, head=0.4, foot=0.1)
+    return design_badge(order, bytes(8))
 
 
 @pytest.mark.parametrize("markers", ["squares", "frame"])

@@ -9,15 +9,14 @@ from pathlib import Path
 import pytest
 
 from moireid.artwork.clear import GRATING_MM, MARKER_MODULES, areas_of, clear_zones
-from moireid.artwork.columns import dressed, kept_pictures, lines_in
+from moireid.artwork.columns import dressed, files_below, kept_pictures, lines_in
 from moireid.artwork.content import Artwork, clean_lines, lines_of, with_lines
 from moireid.artwork.pictures import modules_of
 from moireid.artwork.placing import ArtPiece, Look, pieces_of
 from moireid.artwork.template import TEMPLATES, BadgeTemplate, template_named, template_of
 from moireid.badge import Badge, Rect
-from moireid.designer import Request, design_badge
-from moireid.designer.formats import FORMATS, ORIENTATIONS, in_format, turned
-from moireid.designer.request import FringeBorder
+from moireid.designer import Order, design_badge
+from moireid.designer.formats import FORMATS, ORIENTATIONS, turned
 from moireid.errors import SpecError
 from moireid.fabrication.page.page_words import set_words
 from moireid.verifier.tracking.borders import REACH_MM
@@ -29,8 +28,8 @@ LINES = ("Reporter · Example News", "Accredited until 31 Dec 2026")
 
 def badge_for(template: BadgeTemplate, name: str, orientation: str, payload: bytes = PAYLOAD) -> Badge:
     side = template.side(*turned(FORMATS[name].size_mm, orientation))
-    wish = replace(Request("Ada Lovelace"), frame=FringeBorder(head=side.head, foot=side.foot))
-    return design_badge(in_format(wish, name, orientation=orientation), payload)
+    order = Order("Ada Lovelace", format=name, orientation=orientation, head=side.head, foot=side.foot)
+    return design_badge(order, payload)
 
 
 def overlap(one: Rect, other: Rect) -> bool:
@@ -140,16 +139,14 @@ def test_a_row_of_a_list_overrules_what_holds_for_all(content: Artwork) -> None:
     folder, badge = content.logo.parent, badge_for(template_named("plain"), "a7", "landscape")
     look = Look(template_named("plain"), Artwork(logo=content.logo))
     cells = {"name": "Ada", "line1": "Editor", "line2": "Example News", "portrait": "face.png", "colour": "#000080"}
-    worn, own = dressed(badge, cells, look, ["Guest"], folder)
+    worn, own = dressed(badge, cells, look, ["Guest"], files_below(folder))
     assert lines_of(worn) == ("Editor", "Example News")
     assert own is not None and own.content == Artwork(content.logo, content.portrait, (0, 0, 128 / 255))
     assert set(kept_pictures([own, None])) == {content.logo, content.portrait}
-    assert lines_of(dressed(badge, {"name": "Bob"}, look, ["Guest"], folder)[0]) == ("Guest",)
+    assert lines_of(dressed(badge, {"name": "Bob"}, look, ["Guest"], files_below(folder))[0]) == ("Guest",)
     assert lines_in({"role": "Judge"}) == ["Judge"]
-    with pytest.raises(SpecError, match="column logo needs a template"):
-        dressed(badge, {"logo": "logo.png"}, None, [], Path())
     with pytest.raises(SpecError, match="cannot be read"):
-        dressed(badge, {"portrait": "none.png"}, look, [], folder)
+        dressed(badge, {"portrait": "none.png"}, look, [], files_below(folder))
 
 
 def test_a_list_names_no_file_outside_of_its_folder(content: Artwork, tmp_path: Path) -> None:
@@ -161,11 +158,11 @@ def test_a_list_names_no_file_outside_of_its_folder(content: Artwork, tmp_path: 
     (tmp_path / "round.png").symlink_to(tmp_path / "round.png")
     for cell in (str(content.logo), f"../{tmp_path.name}/a.png", "link.png", "round.png"):
         with pytest.raises(SpecError, match=r"is not below the list's folder; put it there"):
-            dressed(badge, {"logo": cell}, look, [], tmp_path)
+            dressed(badge, {"logo": cell}, look, [], files_below(tmp_path))
     (tmp_path / "logo.png").write_bytes(content.logo.read_bytes())
     (tmp_path / "link.png").unlink()
     (tmp_path / "link.png").symlink_to("logo.png")
-    assert dressed(badge, {"logo": "link.png"}, look, [], tmp_path)[1] is not None
+    assert dressed(badge, {"logo": "link.png"}, look, [], files_below(tmp_path))[1] is not None
 
 
 @pytest.mark.parametrize("template", TEMPLATES)
@@ -174,8 +171,10 @@ def test_a_board_with_a_coded_frame_has_room_for_logo_and_words(template: str, c
     known = template_named(template)
     for orientation in ORIENTATIONS:
         side = known.side(*turned(FORMATS["a6"].size_mm, orientation))
-        wish = replace(Request("Ada Lovelace", markers="frame"), frame=FringeBorder(head=side.head, foot=side.foot))
-        badge = with_lines(design_badge(in_format(wish, "a6", orientation=orientation), PAYLOAD), LINES)
+        order = Order(
+            "Ada Lovelace", markers="frame", format="a6", orientation=orientation, head=side.head, foot=side.foot
+        )
+        badge = with_lines(design_badge(order, PAYLOAD), LINES)
         pieces = pieces_of(badge, Look(known, content))
         words = [piece for piece in pieces if piece.kind != "ground"]
         covers = [piece for piece in pieces if piece.kind == "ground" and piece.colour == content.colour]

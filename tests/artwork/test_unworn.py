@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import pytest
 
 from moireid.artwork.colours import tint
@@ -11,15 +9,14 @@ from moireid.artwork.content import Artwork
 from moireid.artwork.placing import Look, pieces_of, unworn
 from moireid.artwork.template import TEMPLATES, template_named
 from moireid.badge import Badge
-from moireid.designer import Request, design_badge
-from moireid.designer.formats import ORIENTATIONS, in_format
-from moireid.designer.request import FringeBorder
+from moireid.designer import Order, design_badge
+from moireid.designer.formats import ORIENTATIONS
 
 
 def badge_for(look: Look, orientation: str) -> Badge:
     side = look.template.side(*((148.0, 105.0) if orientation == "landscape" else (105.0, 148.0)))
-    wish = replace(Request("Ada Lovelace"), frame=FringeBorder(head=side.head, foot=side.foot))
-    return design_badge(in_format(wish, "a6", orientation=orientation), bytes(8))
+    order = Order("Ada Lovelace", format="a6", orientation=orientation, head=side.head, foot=side.foot)
+    return design_badge(order, bytes(8))
 
 
 @pytest.mark.parametrize("orientation", ORIENTATIONS)

@@ -17,7 +17,7 @@ from moireid.attest import load_signing_key
 from moireid.attest.signing_keys import SigningKey
 from moireid.badge import Badge
 from moireid.cli.main import moireid
-from moireid.designer import Request, design_badge
+from moireid.designer import Order, design_badge
 from moireid.idcodes import specimen_of
 from moireid.registry import open_registry
 
@@ -35,7 +35,7 @@ class Desk:
 
     def __init__(self, folder: Path, sign: Sign) -> None:
         self.folder, self._sign = folder, sign
-        self.badge: Badge = design_badge(Request("Ana"), bytes(range(8)))
+        self.badge: Badge = design_badge(Order("Ana", lens="50lpi"), bytes(range(8)))
         self.url = url_of(folder / "people.sqlite3")
         with open_registry(self.url, create=True) as registry:
             registry.enroll(self.badge)

@@ -20,7 +20,7 @@ from moireid.bringup.film_figures import (
     film_figures,
     third_harmonic_expected,
 )
-from moireid.designer import Request, design_badge
+from moireid.designer import Order, design_badge
 from moireid.sheets import effective_gap_mm, sheet_lens
 
 THICKNESS = Figure("Sheet thickness", 1.0, 0.01, "mm", "good", "by a calliper")
@@ -28,7 +28,7 @@ THICKNESS = Figure("Sheet thickness", 1.0, 0.01, "mm", "good", "by a calliper")
 
 @pytest.fixture(scope="module")
 def badge() -> Badge:
-    return design_badge(Request("Ada"), bytes(16))
+    return design_badge(Order("Ada", lens="50lpi"), bytes(16))
 
 
 def built(badge: Badge, **figures: float) -> AsBuilt:

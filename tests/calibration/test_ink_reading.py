@@ -115,9 +115,12 @@ def test_a_printer_profile_reads_back_and_serves_the_print_commands(tmp_path):
     save_printer_profile(printer, path)
     assert load_printer_profile(path) == printer and PrinterProfile("thin", 600, -3.0).drawn_growth_um == 0
     made = ["Ada", "--out", "ada", "--printer", str(path)]
-    for given, dpi, growth in ((["--printer-dpi", "1200"], 1200, 41.5), (["--ink-growth", "0"], 600, 0)):
+    for given, dpi, scale in (
+        (["--printer-dpi", "1200"], 1200, (0.998, 0.999)),
+        (["--measured-scale", "1"], 600, (1, 1)),
+    ):
         taken = print_command.make_context("print", [*made, *given]).params
-        assert (taken["printer_dpi"], taken["ink_growth_um"], taken["scale_text"]) == (dpi, growth, "0.998,0.999")
+        assert (taken["printer_dpi"], taken["ink_growth_um"], taken["measured_scale"]) == (dpi, 41.5, scale)
 
 
 @pytest.mark.slow

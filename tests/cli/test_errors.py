@@ -23,7 +23,7 @@ import pytest
 
 from moireid.badge import Badge
 from moireid.cli.main import main, print_your_badge
-from moireid.designer import Request, design_badge
+from moireid.designer import Order, design_badge
 from moireid.extras import missing_extra
 from moireid.fabrication import package
 from moireid.registry import open_registry
@@ -124,7 +124,7 @@ def people(tmp_path: Path, ada: Badge) -> None:
     with open_registry(f"sqlite:///{tmp_path}/people.sqlite3", create=True) as registry:
         registry.enroll(ada)
         for payload in BOBS:
-            registry.enroll(design_badge(Request("Bob"), bytes.fromhex(payload)))
+            registry.enroll(design_badge(Order("Bob", lens="50lpi"), bytes.fromhex(payload)))
 
 
 # print
@@ -158,8 +158,6 @@ def test_any_other_name_is_printed(run: Run, name: str) -> None:
         (["--payload", ""], "16 or 32 hex"),
         (["--payload", "3f a2 0c 3f a2 0"], "16 or 32 hex"),
         (["--payload", "3fa20c"], "16 or 32 hex"),
-        (["--payload", "3f a2 ", "--code", "pitch"], "6 hex"),
-        (["--payload", "3fa20c3fa20c3fa2", "--code", "pitch"], "6 hex"),
         (["--axes", "y"], "--axes"),
         (["--range", "2.5-0.8"], "0.8-2.5"),
         (["--range", "nan-1"], "0.8-2.5"),
@@ -176,7 +174,6 @@ def test_any_other_name_is_printed(run: Run, name: str) -> None:
         (["--paper", "a3"], "letter"),
         (["--mount", "no\nne"], "--mount"),
         (["--front", "glass"], "--front"),
-        (["--gap", "2"], "--front mask"),
         (["--mount", "none", "--mount-figure", "kerf_mm=0.1"], "--mount lanyard"),
         (["--mount", "none", "--mount-figure", "card_mm=0.5"], "--mount lanyard"),
         (["--no-such\noption"], "--no-such"),
@@ -441,7 +438,7 @@ def test_a_row_too_short_to_read_is_told_before_the_film_is_read(
 ) -> None:
     """Catches: an error from deep within numpy, after the whole film has been read."""
     # Cells that blend must fill their rows, which is asked for first.
-    document = json.loads(design_badge(Request("Ada", pattern="cells"), bytes(range(8))).to_json())
+    document = json.loads(design_badge(Order("Ada", lens="50lpi", pattern="cells"), bytes(range(8))).to_json())
     x0, y0, _, _ = document["gratings"][0]["cells"][0]["rect_mm"]
     document["gratings"][0]["cells"][0]["rect_mm"] = [x0, y0, x0 + 0.5, y0 + 5]
     badge_file.write_text(json.dumps(document))

@@ -8,8 +8,8 @@ import pytest
 
 from moireid.artwork.clear import areas_of
 from moireid.badge import Badge, CodedFrame, badge_from_json
-from moireid.designer import Request, design_badge
-from moireid.designer.formats import FORMATS, in_format
+from moireid.designer import Order, design_badge
+from moireid.designer.formats import FORMATS
 from moireid.designer.layout import MIN_LINE_PX
 from moireid.designer.reach import PHONE
 from moireid.errors import DesignError
@@ -21,7 +21,7 @@ PAYLOAD = bytes.fromhex("7097c67b0fafc59b")
 
 @pytest.fixture(scope="module", params=FORMATS)
 def framed(request: pytest.FixtureRequest) -> Badge:
-    return design_badge(in_format(Request("Ada", markers="frame"), request.param), PAYLOAD)
+    return design_badge(Order("Ada", markers="frame", format=request.param), PAYLOAD)
 
 
 def test_a_frame_of_each_format_is_sound_and_wide_enough(framed: Badge) -> None:
@@ -51,14 +51,14 @@ def test_nothing_comes_near_the_line(framed: Badge) -> None:
 def test_a_frame_is_refused_where_it_cannot_be() -> None:
     """Catches: turned fields that cross the line; a word that is silently taken for squares."""
     with pytest.raises(DesignError, match="squares"):
-        design_badge(Request("Ada", markers="frame", axes="hex"), PAYLOAD)
+        design_badge(Order("Ada", lens="50lpi", markers="frame", axes="hex"), PAYLOAD)
     with pytest.raises(DesignError, match="squares or frame"):
-        design_badge(replace(Request("Ada"), markers="none"), PAYLOAD)
+        design_badge(replace(Order("Ada", lens="50lpi"), markers="none"), PAYLOAD)
 
 
 @pytest.mark.parametrize("name", ["cr80", "a7", "a6", "a5", "board"])
 def test_a_frame_leaves_room_for_name_and_id_in_every_format(name: str) -> None:
     """Catches: ends that shrink with the board while the frame's white does not."""
-    badge = design_badge(in_format(Request("Ada", markers="frame"), name), bytes(16))
+    badge = design_badge(Order("Ada", markers="frame", format=name), bytes(16))
     areas = areas_of(badge)
     assert all(areas[area][3] - areas[area][1] >= least for area, least in (("head", 7 - 1e-6), ("foot", 6.5 - 1e-6)))

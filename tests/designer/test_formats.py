@@ -14,13 +14,12 @@ from click.testing import CliRunner
 from moireid.badge import Badge
 from moireid.cli.main import moireid
 from moireid.cli.printing import print_options
-from moireid.designer import Request, design_badge
-from moireid.designer.formats import FORMATS, ORIENTATIONS, in_format, within_reach
+from moireid.designer import Order, design_badge
+from moireid.designer.design import filled
+from moireid.designer.formats import FORMATS, ORIENTATIONS
 from moireid.designer.reach import CALL, PHONE, read_of, verdict_reach_m
-from moireid.designer.request import FringeBorder
 from moireid.errors import DesignError
 from moireid.fabrication.event import places_mm
-from moireid.issuing import Wear
 from moireid.profiles import PAPERS_MM
 from moireid.sheets import DEFAULT_LENS
 
@@ -31,7 +30,7 @@ EACH = list(itertools.product(FORMATS, ORIENTATIONS, PAPERS_MM))
 @pytest.fixture(scope="module", params=EACH, ids=lambda case: "-".join(case))
 def case(request: pytest.FixtureRequest) -> tuple[str, str, Badge]:
     name, orientation, paper = request.param
-    wish = in_format(Request("Ada", paper=paper), name, orientation=orientation)
+    wish = Order("Ada", paper=paper, format=name, orientation=orientation)
     return name, orientation, design_badge(wish, PAYLOAD)
 
 
@@ -75,21 +74,21 @@ def test_markers_of_a_format_keep_their_white_and_their_distance(case: tuple[str
 
 def test_a_range_is_cut_to_what_the_board_allows_and_kept_where_it_is_given() -> None:
     """Catches: a promise beyond the far end, and a user's own wish that is bent in silence."""
-    tall = replace(Request("A"), frame=FringeBorder(head=0.6))
-    cut = in_format(tall, "board", orientation="landscape")
-    assert cut.range_m[0] == 0.8 and 2.0 < cut.range_m[1] < 2.5
+    tall = Order("A", format="board", orientation="landscape", head=0.6)
+    near, far = filled(tall).range_m or (0.0, 0.0)
+    assert near == 0.8 and 2.0 < far < 2.5
     with pytest.raises(DesignError, match="too small"):
-        design_badge(in_format(tall, "board", orientation="landscape", range_m=(0.8, 2.5)), PAYLOAD)
+        design_badge(replace(tall, range_m=(0.8, 2.5)), PAYLOAD)
     with pytest.raises(DesignError, match="leaves no room"):
-        within_reach(replace(tall, size_mm=(40.0, 40.0)))
-    assert within_reach(Request("A")) == Request("A")
+        filled(Order("A", size_mm=(40.0, 40.0), head=0.6))
+    full = filled(Order("A"))
+    assert filled(full) == full
 
 
 def test_the_board_is_todays_default() -> None:
     """Catches: a format of the default's name that is another badge; one of no format on a sheet that is not sold."""
-    wish = Wear(None, None, None, None, None, None, (), None, None, None).fit(Request("A"))
-    assert design_badge(in_format(Request("A"), "board"), PAYLOAD) == design_badge(wish, PAYLOAD)
-    assert wish.lens == DEFAULT_LENS and replace(wish, lens="50lpi") == Request("A")
+    assert design_badge(Order("A", format="board"), PAYLOAD) == design_badge(Order("A"), PAYLOAD)
+    assert filled(Order("A")).lens == DEFAULT_LENS
 
 
 @pytest.mark.slow

@@ -8,7 +8,7 @@ from statistics import NormalDist
 import numpy as np
 import pytest
 
-from moireid.designer import Request, design_badge
+from moireid.designer import Order, design_badge
 from moireid.designer.reach import CALL, CHAT, PHONE, RECEIVERS, Read, Receiver, found_reach_m, found_share, read_of
 from moireid.errors import DesignError
 from moireid.idcodes.spacing import decode_phases, word_places
@@ -41,9 +41,9 @@ def test_the_default_board_is_promised_at_three_metres_and_not_at_five():
     """Catches: a promise that ends where films are still read, or goes on where no marker is found."""
     assert BOARD.at(3.0).decode_probability > 0.99
     assert BOARD.at(5.0).decode_probability < 0.2
-    design_badge(Request("A", range_m=(0.3, 4.0)), bytes(8))
+    design_badge(Order("A", lens="50lpi", range_m=(0.3, 4.0)), bytes(8))
     with pytest.raises(DesignError, match="markers are too small"):
-        design_badge(Request("A", range_m=(0.8, 4.5)), bytes(8))
+        design_badge(Order("A", lens="50lpi", range_m=(0.8, 4.5)), bytes(8))
 
 
 def test_the_share_falls_with_distance_and_rises_with_parity_and_cells():
@@ -95,7 +95,7 @@ def test_words_are_read_as_the_budget_counts(error_rad: float, least: float, mos
 
 def test_what_is_read_of_a_badge_is_its_smallest_cell():
     """Catches: the first cell's width alone."""
-    badge = design_badge(Request("A", axes="xy"), bytes(8))
+    badge = design_badge(Order("A", lens="50lpi", axes="xy"), bytes(8))
     read = read_of(badge)
     assert read is not None
     sides = [

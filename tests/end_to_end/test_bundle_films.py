@@ -15,7 +15,7 @@ from kit.signing import new_key, pem_of, public_pem_of
 from kit.webbing import badge_film
 from moireid.badge import Badge
 from moireid.cli.main import moireid
-from moireid.designer import Request, design_badge
+from moireid.designer import Order, design_badge
 from moireid.idcodes import specimen_of
 from moireid.registry import Registry, open_registry
 from moireid.registry.bundle import held
@@ -33,7 +33,7 @@ def registry(ada: Badge, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Ite
     monkeypatch.setenv("MOIREID_SEEN", str(tmp_path / "seen.sqlite3"))
     with open_registry(f"sqlite:///{tmp_path}/people.sqlite3", create=True) as opened:
         opened.enroll(ada)
-        opened.enroll(design_badge(Request("Sarah Example"), bytes(range(8))))
+        opened.enroll(design_badge(Order("Sarah Example", lens="50lpi"), bytes(range(8))))
         yield opened
 
 
@@ -99,7 +99,7 @@ def test_a_badge_that_no_seal_opens_for_is_nobody_s(film, ada, tmp_path, monkeyp
     monkeypatch.setenv("MOIREID_KEYS", str(tmp_path / "keys"))
     monkeypatch.setenv("MOIREID_SEEN", str(tmp_path / "seen.sqlite3"))
     with open_registry(f"sqlite:///{tmp_path}/other.sqlite3", create=True) as opened:
-        opened.enroll(design_badge(Request("Sarah Example"), bytes(range(8))))
+        opened.enroll(design_badge(Order("Sarah Example", lens="50lpi"), bytes(range(8))))
         opened.publish(tmp_path / "bundle", specimen_of, days=7)
     report = shown(film, "Sarah Example", "--bundle", tmp_path / "bundle")
     assert report.startswith("REJECT: Genuine, but held by no one in this bundle, and not Sarah Example's")
@@ -176,7 +176,7 @@ def test_nobody_of_a_bundle_is_told_so(film, registry, tmp_path):
     """Catches: "held by no one in this registry", which was not asked; two places that are asked at once."""
     other = tmp_path / "other.sqlite3"
     with open_registry(f"sqlite:///{other}", create=True) as few:
-        few.enroll(design_badge(Request("Sarah Example"), bytes(range(8))))
+        few.enroll(design_badge(Order("Sarah Example", lens="50lpi"), bytes(range(8))))
         few.publish(tmp_path / "few", specimen_of, days=7)
     code, report, _ = identified(film, "--bundle", tmp_path / "few")
     assert code == 1 and "held by no one in this bundle" in report

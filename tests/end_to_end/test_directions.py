@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from moireid.designer import Request, design_badge
+from moireid.designer import Order, design_badge
 from moireid.simulate import Build, Scene, camera_named, film
 from moireid.simulate.motion import Poses, linear
 from moireid.verifier import Question, verify
@@ -29,7 +29,7 @@ def test_three_directions_judge_a_vertical_motion_that_one_leaves_open(tmp_path:
     """Catches: a direction that is lost between page and verdict; pieces of sheet that must be laid alike."""
     verdicts = {}
     for axes in ("x", "hex"):
-        badge = design_badge(Request("Ada", axes=axes, range_m=(0.8, 2.0)), PAYLOAD)
+        badge = design_badge(Order("Ada", lens="50lpi", axes=axes, range_m=(0.8, 2.0)), PAYLOAD)
         build = Build(print_scale=1.002, print_aspect=1.001, lens_scale=0.9995, pieces=LAID[: len(badge.gratings)])
         video = tmp_path / f"{axes}.mp4"
         film(Scene(badge, build, camera_named("phone")), vertical, video, frames=150, fps=30, seed=3)

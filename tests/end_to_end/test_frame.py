@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from moireid.badge import Badge, CodedFrame
-from moireid.designer import Request, design_badge
+from moireid.designer import Order, design_badge
 from moireid.simulate.cameras import Camera
 from moireid.simulate.filming import film
 from moireid.simulate.motion import motion_named
@@ -22,7 +22,7 @@ FRAMES = 90
 
 @pytest.fixture(scope="module")
 def framed() -> Badge:
-    return design_badge(Request("Ada", markers="frame", range_m=(0.8, 2.0)), PAYLOAD)
+    return design_badge(Order("Ada", lens="50lpi", markers="frame", range_m=(0.8, 2.0)), PAYLOAD)
 
 
 @pytest.mark.slow

@@ -13,7 +13,7 @@ from click.testing import CliRunner
 
 from moireid.badge import Badge, load_badge
 from moireid.cli.main import moireid
-from moireid.designer import Request, design_badge, explain
+from moireid.designer import Order, design_badge, explain
 from moireid.errors import SpecError
 from moireid.fabrication.page.pdf import mask_grating, write_badge_pdf
 from moireid.simulate.filming import film
@@ -26,7 +26,7 @@ PAYLOAD = bytes.fromhex("0f38c1a2b3d4e5f6")
 
 @pytest.fixture(scope="module")
 def masked() -> Badge:
-    return design_badge(Request("Ada", front="mask", gap_mm=2.0), PAYLOAD)
+    return design_badge(Order("Ada", lens="50lpi", front="mask", lens_thickness_mm=2.0), PAYLOAD)
 
 
 def test_the_front_is_a_mask_of_the_sheet_s_pitch_on_acrylic(masked: Badge) -> None:
@@ -41,12 +41,14 @@ def test_the_front_is_a_mask_of_the_sheet_s_pitch_on_acrylic(masked: Badge) -> N
 def test_gaps_that_no_spacer_has_are_refused(gap: float) -> None:
     """Catches: NaN; a gap of nothing, under which no fringe moves."""
     with pytest.raises(SpecError, match=r"0\.5 to 6 mm"):
-        design_badge(Request("Ada", front="mask", gap_mm=gap), PAYLOAD)
+        design_badge(Order("Ada", lens="50lpi", front="mask", lens_thickness_mm=gap), PAYLOAD)
 
 
 def test_the_mask_s_own_page_covers_every_grating(tmp_path: Path) -> None:
     """Catches: no second page; the badge's lines on it; a mask of one axis over the other."""
-    both = design_badge(Request("Ada", front="mask", axes="xy", size_mm=(186.0, 200.0), form="vector"), PAYLOAD)
+    both = design_badge(
+        Order("Ada", lens="50lpi", front="mask", axes="xy", size_mm=(186.0, 200.0), form="vector"), PAYLOAD
+    )
     write_badge_pdf(both, tmp_path / "badge.pdf")
     document = pdfium.PdfDocument(tmp_path / "badge.pdf")
     assert len(document) == 2
@@ -90,7 +92,7 @@ def test_the_command_makes_it(tmp_path: Path) -> None:
         str(tmp_path / "a"),
         "--front",
         "mask",
-        "--gap",
+        "--lens-thickness",
         "3",
         "--mount",
         "none",

@@ -22,7 +22,7 @@ pytestmark = pytest.mark.slow
 @pytest.fixture(scope="module")
 def silk(tmp_path_factory: pytest.TempPathFactory) -> Badge:
     out = tmp_path_factory.mktemp("silk") / "ada"
-    wish = ["print", "Ada", "--payload", PAYLOAD, "--pattern", "silk", "--mount", "none", "--out", str(out), "--json"]
+    wish = ["print", "Ada", "--payload", PAYLOAD, "--mount", "none", "--out", str(out), "--json"]
     made = CliRunner().invoke(moireid, wish)
     assert made.exit_code == 0, made.output
     assert json.loads((out / "badge.json").read_text())["format"] == 2

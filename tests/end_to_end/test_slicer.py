@@ -14,7 +14,7 @@ import pytest
 
 from kit.programs import needs
 from moireid.badge import Badge
-from moireid.designer import Request, design_badge
+from moireid.designer import Order, design_badge
 from moireid.fabrication.printed.mount import KINDS, MountReport, write_mount
 from moireid.fabrication.shopping.shopping_list import mount_times
 
@@ -36,8 +36,8 @@ def slicer() -> str:
 @pytest.fixture(scope="module")
 def badges() -> dict[str, Badge]:
     """A badge with a lens sheet, and one with a mask whose rim has steps."""
-    plain = Request("Slice", size_mm=(100.0, 120.0), range_m=(0.5, 0.9))
-    mask = Request("Slice", front="mask", gap_mm=3.0, size_mm=(100.0, 120.0), range_m=(0.5, 0.9))
+    plain = Order("Slice", lens="50lpi", size_mm=(100.0, 120.0), range_m=(0.5, 0.9))
+    mask = Order("Slice", lens="50lpi", front="mask", lens_thickness_mm=3.0, size_mm=(100.0, 120.0), range_m=(0.5, 0.9))
     return {"lens": design_badge(plain, bytes(8)), "mask": design_badge(mask, bytes(8))}
 
 
@@ -97,7 +97,7 @@ def test_a_faulty_mesh_is_told(slicer: str, badges: dict[str, Badge], tmp_path: 
 
 def test_the_table_of_printing_times_is_true(slicer: str, tmp_path: Path) -> None:
     """Catches: a table of an older mount, of another layer, or in other units."""
-    badge = design_badge(Request("Bench", lens="75lpi-18mil", size_mm=(85.6, 54.0), range_m=(0.2, 0.4)), bytes(8))
+    badge = design_badge(Order("Bench", lens="75lpi-18mil", size_mm=(85.6, 54.0), range_m=(0.2, 0.4)), bytes(8))
     report = made(badge, "lanyard", tmp_path)
     settings = {"layer-height": "0.2", "nozzle-diameter": "0.4", "filament-diameter": "1.75", "perimeters": "3"}
     settings |= {"fill-density": "15%", "skirts": "0", "bed-shape": "0x0,350x0,350x350,0x350"}

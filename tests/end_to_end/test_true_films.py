@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from moireid.designer import Request, design_badge
+from moireid.designer import Order, design_badge
 from moireid.simulate.motion import motion_named
 from moireid.simulate.scene import Scene
 
@@ -20,7 +20,7 @@ def _found(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def _badge(number: int):
-    return design_badge(Request("Bench", axes="xy"), np.random.default_rng(number).bytes(8))
+    return design_badge(Order("Bench", lens="50lpi", axes="xy"), np.random.default_rng(number).bytes(8))
 
 
 def _places(badge):

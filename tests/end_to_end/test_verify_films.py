@@ -23,7 +23,7 @@ from kit.payloads import payload_for_name
 from moireid.asbuilt import DatedFigures
 from moireid.badge import Badge
 from moireid.cli.main import moireid
-from moireid.designer import Request, design_badge
+from moireid.designer import Order, design_badge
 from moireid.idcodes import specimen_of
 from moireid.registry import open_registry
 from moireid.simulate.filming import film
@@ -277,7 +277,7 @@ def test_a_film_shorter_than_two_windows_is_inconclusive(ada, tmp_path):
 
 @pytest.fixture(scope="module")
 def grace() -> Badge:
-    return design_badge(Request("Grace Hopper"), payload_for_name("Grace Hopper"))
+    return design_badge(Order("Grace Hopper", lens="50lpi"), payload_for_name("Grace Hopper"))
 
 
 @pytest.fixture(scope="module")

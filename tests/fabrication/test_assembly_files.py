@@ -82,7 +82,7 @@ def folder(ada: Badge, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, 
     """Everything for one badge with a clip, as the command line orders it."""
     steps: list[str] = []
     place = tmp_path_factory.mktemp("ada")
-    figures = mount_figures(["kerf_mm=0.2", "base_mm=4"])
+    figures = mount_figures({"kerf_mm": 0.2, "base_mm": 4})
     return place, package.print_badge(ada, place, mount="clip", figures=figures, progress=steps.append), steps
 
 
@@ -227,7 +227,7 @@ def test_a_mount_that_fails_leaves_no_file(ada: Badge, tmp_path: Path, monkeypat
     steps: list[str] = []
     thin = replace(ada, lens=replace(ada.lens, thickness_mm=0.2, radius_mm=1.0))
     with pytest.raises(FabricationError, match="too thin for a frame"):
-        package.print_badge(thin, tmp_path, figures=mount_figures(["kerf_mm=0.2"]), progress=steps.append)
+        package.print_badge(thin, tmp_path, figures=mount_figures({"kerf_mm": 0.2}), progress=steps.append)
     assert steps == [] and list(tmp_path.iterdir()) == []
     package.print_badge(thin, tmp_path / "plain", mount="none")
 

@@ -17,13 +17,13 @@ from kit.drawn import geometry
 from kit.payloads import payload_for_name
 from moireid.badge import load_badge
 from moireid.cli.main import moireid
-from moireid.designer import Request, design_badge
+from moireid.designer import Order, design_badge
 from moireid.errors import FabricationError, SpecError
 from moireid.fabrication import event
 from moireid.fabrication.event import GUTTER_MM, places_mm, write_sheets_pdf
 from moireid.registry import open_registry
 
-SMALL = Request("Somebody", size_mm=(90.0, 110.0), range_m=(0.5, 0.9))
+SMALL = Order("Somebody", lens="50lpi", size_mm=(90.0, 110.0), range_m=(0.5, 0.9))
 OPTIONS = ["--size", "90x110", "--range", "0.5-0.9"]
 
 
@@ -38,7 +38,7 @@ def run(people: Path, out: Path, *more: str) -> Result:
 
 def test_boards_lie_apart_and_on_the_paper():
     """Catches: crop marks of one board on the next, boards over the rim, one board where four fit."""
-    small, default = design_badge(SMALL, bytes(8)), design_badge(Request("A"), bytes(8))
+    small, default = design_badge(SMALL, bytes(8)), design_badge(Order("A", lens="50lpi"), bytes(8))
     places = places_mm(small)
     assert len(places) == 4 and len(places_mm(default)) == 1
     for x, y in places:
@@ -61,7 +61,7 @@ FULL = [
 def test_full_sheets_have_both_scale_bars_clear_of_all_else(paper, size, metres, count, tmp_path):
     """Catches: sheets that show a printer's scale in one direction alone; bars on boards or among crop marks, off the
     paper or in the rim that printers leave white; a second sheet without bars; boards lost for room not needed."""
-    wish = Request("A", size_mm=size, range_m=metres, paper=paper)
+    wish = Order("A", lens="50lpi", size_mm=size, range_m=metres, paper=paper)
     badges = [design_badge(wish, bytes([k]) * 8) for k in range(count + 1)]
     assert write_sheets_pdf(badges, tmp_path / "badges.pdf") == (2, count)
     page_mm = badges[0].page_mm
@@ -114,7 +114,7 @@ def test_every_board_is_on_the_sheets_once(tmp_path):
                 assert any(abs(place[0] - mx) <= 1 and abs(place[1] - my) <= 1 for mx, my in middles)
     document.close()
     with pytest.raises(FabricationError, match="one size"):
-        write_sheets_pdf([badges[0], design_badge(Request("A"), bytes(8))], tmp_path / "mixed.pdf")
+        write_sheets_pdf([badges[0], design_badge(Order("A", lens="50lpi"), bytes(8))], tmp_path / "mixed.pdf")
     assert not (tmp_path / "mixed.pdf").exists()
 
 

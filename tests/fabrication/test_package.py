@@ -47,14 +47,14 @@ def test_what_cannot_be_made_is_left_out_and_reported(tmp_path: Path) -> None:
     """Catches: a good printed mount refused for the acrylic's sake, a part that is missing without a word, an assembly
     sheet of parts that do not exist."""
     out = tmp_path / "out"
-    outcome = run("Ada", "--out", out, "--front", "mask", "--gap", "6", "--json")
+    outcome = run("Ada", "--out", out, "--front", "mask", "--lens-thickness", "6", "--json")
     assert outcome.exit_code == 0, outcome.output
     assert names(out) == SHEETS | set(PRINTED_FILES) | {"mount.glb"}
     notes = [line for line in outcome.stderr.splitlines() if line.startswith("note:")]
     assert (
         len(notes) == 1
         and "no acrylic stack was made" in notes[0]
-        and "give a spacer (--gap) of 4.9 mm or less" in notes[0]
+        and "give a spacer (--lens-thickness) of 4.9 mm or less" in notes[0]
     )
     document = json.loads(outcome.stdout)
     assert list(document["left_out"]) == ["acrylic"] and document["left_out"]["acrylic"] in notes[0]
@@ -62,8 +62,10 @@ def test_what_cannot_be_made_is_left_out_and_reported(tmp_path: Path) -> None:
     words = words_of(out / "assembly.pdf")
     assert "mount.stl" in words and "acrylic.dxf" not in words and "M3" not in words
     # The same spacer with a kerf: somebody wants the stack, and it cannot be.
-    refused = run("Ada", "--out", tmp_path / "new", "--front", "mask", "--gap", "6", "--mount-figure", "kerf_mm=0.2")
-    assert refused.exit_code == 2 and "give a spacer (--gap) of 4.9 mm or less" in refused.stderr
+    refused = run(
+        "Ada", "--out", tmp_path / "new", "--front", "mask", "--lens-thickness", "6", "--mount-figure", "kerf_mm=0.2"
+    )
+    assert refused.exit_code == 2 and "give a spacer (--lens-thickness) of 4.9 mm or less" in refused.stderr
     assert not (tmp_path / "new").exists()
 
 

@@ -8,13 +8,13 @@ from dataclasses import replace
 import manifold3d
 import pytest
 
-from moireid.designer import Request, design_badge
+from moireid.designer import Order, design_badge
 from moireid.fabrication import mount_solids
 from moireid.fabrication.acrylic.plates import plan_acrylic
 from moireid.fabrication.printed.mount import mount_bodies
 from moireid.fabrication.process_figures import AcrylicProcess, MountFigures
 
-BADGE = design_badge(Request("Ada"), bytes(8))
+BADGE = design_badge(Order("Ada", lens="50lpi"), bytes(8))
 
 
 def test_acrylic_solids_are_the_stack_s() -> None:

@@ -12,7 +12,7 @@ import pytest
 from scipy.stats import binom
 
 from moireid.badge import Badge, Cell, Code, Grating
-from moireid.designer import Request, design_badge
+from moireid.designer import Order, design_badge
 from moireid.errors import CodeError
 from moireid.idcodes import CellReading, DecodeResult, PitchFamily, SpacingFamily
 from moireid.idcodes.pitch import UNCLEAR_BEYOND_STEPS
@@ -434,7 +434,7 @@ LONG = SpacingFamily()
 
 
 def design(payload: bytes, axes: str = "x") -> Badge:
-    return design_badge(Request("Ada", axes=axes, range_m=(0.8, 2.0)), payload)
+    return design_badge(Order("Ada", lens="50lpi", axes=axes, range_m=(0.8, 2.0)), payload)
 
 
 def cell_readings(badge: Badge, *, front_scale: float = 1.0) -> list[list[CellReading]]:

@@ -40,10 +40,10 @@ def badge_of(name: str, payload: bytes | None = None, **request: object) -> Badg
     """A badge of that name, of the family with few cells unless the payload is a longer one: a registry reads none."""
     # Here, because the processes that the tests start import this module and design nothing.
     from kit.payloads import payload_for_name
-    from moireid.designer import Request, design_badge
+    from moireid.designer import Order, design_badge
 
     payload = payload or payload_for_name(name, family="pitch")
-    return design_badge(Request(name, **request), payload)  # type: ignore[arg-type]
+    return design_badge(Order(name, lens="50lpi", **request), payload)  # type: ignore[arg-type]
 
 
 def run(*words: object, code: int = 0) -> Result:

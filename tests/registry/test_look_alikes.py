@@ -21,7 +21,7 @@ from moireid.registry.look_alikes import _prototypes, alike_within, folded_skele
 from moireid.registry.schema import select_named_so
 from moireid.verifier.identity.decode import Identity
 from moireid.verifier.session.claim import claim_reasons
-from moireid_studio.jobs.orders import BadgeOrder, checked
+from moireid_studio.jobs.orders import VisitorOrder, checked
 
 #: SHA-256 of the prototypes.
 TABLE = "6e7b046976a981f668d886ece263c88942f5eb3db8a346a6f4c3e607e9a64b8d"
@@ -136,7 +136,7 @@ def test_invisible_letters_are_refused_in_every_way_in(tmp_path, keys, letter) -
             with pytest.raises(RegistryError, match="invisible letters"):
                 way()
         with pytest.raises(SpecError, match="invisible"):
-            checked(BadgeOrder(name=name), registry)
+            checked(VisitorOrder(name), registry, {})
         out = str(tmp_path / "out")
         ways = [["enroll", str(tmp_path / "badge.json")], ["print", name, "--out", out]]
         for way in (*ways, ["print", "--people", str(tmp_path / "people.csv"), "--out", out]):

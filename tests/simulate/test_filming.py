@@ -17,7 +17,7 @@ from click.testing import CliRunner
 from kit.payloads import payload_for_name
 from moireid import optics
 from moireid.cli.main import moireid
-from moireid.designer import Request, design_badge
+from moireid.designer import Order, design_badge
 from moireid.errors import SpecError
 from moireid.lenticule import view_law
 from moireid.simulate.analytic.analytic_renderer import AnalyticRenderer
@@ -225,7 +225,7 @@ def test_a_mirrored_film_is_the_film_turned_left_to_right(prototype, tmp_path):
 @pytest.mark.slow
 def test_a_two_axis_badge_s_truth_tells_both_phases(tmp_path):
     """Catches: one axis written twice; the phase of x from a move in y; nan where there is a second axis."""
-    badge = design_badge(Request("Ada Lovelace", axes="xy"), payload_for_name("Ada Lovelace"))
+    badge = design_badge(Order("Ada Lovelace", lens="50lpi", axes="xy"), payload_for_name("Ada Lovelace"))
     camera = Camera(width=160, height=96, focal_px=100.0, shutter_s=0.0)
     shoot(badge, tmp_path / "a.mp4", motion="circle", frames=75, camera=camera)
     truth = truth_of(tmp_path / "a.mp4")

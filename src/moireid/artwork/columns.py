@@ -6,7 +6,7 @@ files of this machine.  Where a cell is empty, the look of the whole list is use
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,7 +14,10 @@ from moireid.artwork.content import Artwork, content_of, with_lines
 from moireid.artwork.placing import Look
 from moireid.badge import Badge
 from moireid.errors import SpecError
-from moireid.names import LINE_COLUMNS, PICTURE_COLUMNS
+from moireid.names import LINE_COLUMNS
+
+#: The file of a picture, "logo" or "portrait", by what a cell says.
+FindPicture = Callable[[str, str], Path]
 
 
 def lines_in(cells: Mapping[str, str]) -> list[str]:
@@ -23,30 +26,21 @@ def lines_in(cells: Mapping[str, str]) -> list[str]:
     return lines or [role for role in [cells.get("role", "")] if role]
 
 
-def look_in(cells: Mapping[str, str], look: Look, folder: Path) -> Look:
-    """The look of a row: that of the whole list, with the row's own pictures and colour.
-
-    Raises: SpecError as `content_of`, and for a file that is not below the folder.
-    """
-    given = look.content
-    colour = cells.get("colour") or cells.get("color")
-    own = content_of(_path(cells.get("logo"), folder), _path(cells.get("portrait"), folder), colour)
-    content = Artwork(own.logo or given.logo, own.portrait or given.portrait, own.colour or given.colour)
-    return replace(look, content=content)
-
-
 def dressed(
-    badge: Badge, cells: Mapping[str, str], look: Look | None, lines: Sequence[str], folder: Path
+    badge: Badge, cells: Mapping[str, str], look: Look | None, lines: Sequence[str], find: FindPicture
 ) -> tuple[Badge, Look | None]:
-    """A badge of a list with its lines, and its look.
+    """A badge of a list with its lines, and its look: that of the whole list, with its own pictures and colour.
 
-    Parameters: look, lines: those of the whole list, used where a row has none.
-    Raises: SpecError as `content_of` and `content.with_lines`, and for pictures on a board that has no template.
+    Parameters: look, lines: those of the whole list, used where a row has none; find: the file that a cell names.
+    Raises: SpecError as `content_of`, `content.with_lines` and `find`.
     """
-    if look is None and (named := next((column for column in PICTURE_COLUMNS if cells.get(column)), None)):
-        raise SpecError(f"the column {named} needs a template, so that all boards have room for it; give --template")
     badge = with_lines(badge, lines_in(cells) or lines)
-    return badge, look and look_in(cells, look, folder)
+    if look is None:
+        return badge, None
+    logo, portrait = (find(what, cell) if (cell := cells.get(what)) else None for what in ("logo", "portrait"))
+    mine, given = content_of(logo, portrait, cells.get("colour") or cells.get("color")), look.content
+    content = Artwork(mine.logo or given.logo, mine.portrait or given.portrait, mine.colour or given.colour)
+    return badge, replace(look, content=content)
 
 
 def kept_pictures(looks: Sequence[Look | None]) -> list[Path]:
@@ -55,14 +49,18 @@ def kept_pictures(looks: Sequence[Look | None]) -> list[Path]:
     return list({path for content in contents for path in (content.logo, content.portrait) if path is not None})
 
 
-def _path(cell: str | None, folder: Path) -> Path | None:
-    """The file that a cell names.  Raises: SpecError where it does not lie below the list's folder."""
-    if not cell:
-        return None
-    given = Path(cell)
-    if given.is_absolute() or ".." in given.parts or not _below(folder / given, folder):
-        raise SpecError(f"the file {cell[:80]!r} is not below the list's folder; put it there, and name it from there")
-    return folder / given
+def files_below(folder: Path) -> FindPicture:
+    """Finds the files of a list in its own folder; the error says where one is not."""
+
+    def find(what: str, cell: str) -> Path:
+        given = Path(cell)
+        if given.is_absolute() or ".." in given.parts or not _below(folder / given, folder):
+            raise SpecError(
+                f"the file {cell[:80]!r} is not below the list's folder; put it there, and name it from there"
+            )
+        return folder / given
+
+    return find
 
 
 def _below(path: Path, folder: Path) -> bool:

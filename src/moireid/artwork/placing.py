@@ -13,7 +13,7 @@ from moireid.artwork.clear import BLEED_MM, LEAST_MM, areas_of, check_clear, ove
 from moireid.artwork.colours import INK, PAPER, Colour, letters_on, readable, tint
 from moireid.artwork.content import Artwork, lines_of
 from moireid.artwork.pictures import QUIET_MODULES, modules_of
-from moireid.artwork.template import TEMPLATES, TYPEFACES, BadgeTemplate, Place, Side, template_named
+from moireid.artwork.template import TEMPLATES, BadgeTemplate, Place, Side, template_named
 from moireid.badge import Badge, CodedFrame, Rect
 from moireid.errors import SpecError
 
@@ -42,19 +42,12 @@ OUTER_SHARE = 0.36
 class Look:
     """How one badge looks: its template and content.
 
-    corner_mm: radius of the board's corners as it is worn; typeface: one of `template.TYPEFACES`, None for the
-    template's.
+    corner_mm: radius of the board's corners as it is worn.
     """
 
     template: BadgeTemplate
     content: Artwork
     corner_mm: float = 0.0
-    typeface: str | None = None
-
-    def __post_init__(self) -> None:
-        """Raises: SpecError for an unknown typeface."""
-        if self.typeface is not None and self.typeface not in TYPEFACES:
-            raise SpecError(f"typeface {self.typeface!r:.40} is not known; choose one of {', '.join(TYPEFACES)}")
 
     @property
     def accent(self) -> Colour:
@@ -254,7 +247,7 @@ def _piece(badge: Badge, look: Look, place: Place, what: str, rect: Rect, ground
     if what in ("logo", "portrait"):
         return ArtPiece("picture", rect, picture=look.content.picture(what))
     style: dict[str, Any] = {"align": place.align, "points": place.points, "colour": letters_on(ground)}
-    style |= {"typeface": look.typeface or look.template.typeface, "least_points": least_points(badge)}
+    style |= {"typeface": look.template.typeface, "least_points": least_points(badge)}
     if what == "id":
         return ArtPiece("id", rect, **style)
     if what == "name":

@@ -5,6 +5,7 @@ from __future__ import annotations
 import filecmp
 import json
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +21,7 @@ from moireid.bringup.field_crops import FieldCrop, field_crops
 from moireid.bringup.film_figures import FilmResult, film_figures
 from moireid.errors import DesignError, MediaError, SpecError
 from moireid.files import write_text
-from moireid.issuing import IssueOrder, Wear, plan_badge
+from moireid.issuing import plan_badge
 from moireid.models import parse_json
 from moireid.profiles import load_lens_profile, load_printer_profile
 from moireid.question import Question
@@ -37,26 +38,26 @@ RIM_PX = 8
 
 def print_first_badge(folder: BuildFolder, _: Progress | None) -> Reading:
     """Print a badge for the sheet and the printer as they were measured."""
-    from moireid.designer import Request
-    from moireid.designer.request import clean_name
+    from moireid.designer import Order
     from moireid.fabrication.package import print_badge
-    from moireid.fabrication.process_figures import mount_figures
 
     wish, printer = folder.wish, load_printer_profile(folder.at(PRINTER))
     notes, growth_um = [], printer.drawn_growth_um
-    wear = Wear(None, None, None, str(folder.at(SHEET)), None, None, (), None, None, None)
-
-    def order(growth_um: float) -> IssueOrder:
-        request = Request(clean_name(wish.name), printer_dpi=printer.dpi, paper=wish.paper, ink_growth_um=growth_um)
-        return IssueOrder(wear.fit(request), wear, "none", mount_figures([]))
-
+    order = Order(
+        wish.name,
+        lens=folder.at(SHEET),
+        printer_dpi=printer.dpi,
+        ink_growth_um=growth_um,
+        paper=wish.paper,
+        mount="none",
+    )
     try:
-        plan = plan_badge(order(growth_um), None)
+        plan = plan_badge(order)
     except DesignError as error:
         if not growth_um:
             raise
         notes.append(f"The badge is drawn without regard to ink spread, as no lines so narrow can be drawn: {error}")
-        plan = plan_badge(order(0.0), None)
+        plan = plan_badge(replace(order, ink_growth_um=0.0))
     print_badge(
         plan.badge,
         folder.at(BADGE),

@@ -35,6 +35,24 @@ class FiniteRange(click.FloatRange):
         return number
 
 
+class Parsed(click.ParamType[Any]):
+    """A text that a function of the library reads; what it reads already stays."""
+
+    name = "text"
+
+    def __init__(self, read: Callable[[str], Any]) -> None:
+        self.read = read
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """What the function returns; its error ends the command, as any other does."""
+        try:
+            return self.read(value) if isinstance(value, str) else value
+        except SpecError as error:
+            if ctx and ctx.resilient_parsing:
+                return None
+            fail(str(error))
+
+
 class FolderPath(click.Path):
     """A folder for outputs; an empty text is refused, because a path takes it for the present folder."""
 
@@ -75,33 +93,6 @@ json_option = click.option("--json", "as_json", is_flag=True, help="Print the re
 overwrite_option = click.option("--overwrite", is_flag=True, help="Replace files that already exist.")
 
 
-# Options about the printer and the paper.
-def _use_printer(context: click.Context, _: click.Parameter, path: Path | None) -> Path | None:
-    """Take the options about the printer from its profile, where they are not given."""
-    if path is not None and not context.resilient_parsing:
-        from moireid.profiles import load_printer_profile
-
-        try:
-            printer = load_printer_profile(path)
-        except SpecError as error:
-            raise click.UsageError(str(error)) from error
-        found: dict[str, Any] = {"printer_dpi": printer.dpi, "ink_growth_um": printer.drawn_growth_um}
-        if printer.measured_scale is not None:
-            found["scale_text"] = ",".join(map(str, printer.measured_scale))
-        context.default_map = {**(context.default_map or {}), **found}
-    return path
-
-
-printer_option = click.option(
-    "--printer",
-    type=click.Path(path_type=Path, dir_okay=False),
-    metavar="FILE",
-    is_eager=True,
-    expose_value=False,
-    callback=_use_printer,
-    help="The printer's profile, as moireid calibrate --printer-out writes it: dpi, ink growth and scale, unless "
-    "they are given.",
-)
 PAPER, PRINTER_DPI = click.Choice(["a4", "letter"]), click.IntRange(72, 9600)
 
 
@@ -153,9 +144,18 @@ form_option = click.option(
     show_default=True,
     help="How the lines are drawn: dots, on the printer's grid; vector, free of it.",
 )
+
+
+def _scale(text: str) -> tuple[float, float]:
+    from moireid.designer.order import parse_scale
+
+    return parse_scale(text)
+
+
 scale_option = click.option(
     "--measured-scale",
-    "scale_text",
+    type=Parsed(_scale),
+    default=(1.0, 1.0),
     metavar="X[,Y]",
     help="Measured over stated length of the scale bars of an earlier print, such as 0.9973; corrects the size.",
 )

@@ -127,7 +127,7 @@ def _check_record(record: Path | None, *, with_badge: bool, note: str) -> None:
 
 def _read(wished: dict[str, Any]) -> dict[str, Any]:
     """The wish, with its texts read.  Raises: SpecError for an impossible name or scale."""
-    from moireid.designer.request import clean_name, parse_scale
+    from moireid.designer.order import clean_name, parse_scale
 
     name, scale, lens = wished["name"], wished["measured_scale"], wished["lens"]
     # The next call may come from another folder.

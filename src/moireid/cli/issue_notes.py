@@ -1,16 +1,51 @@
-"""Notes to the issuer of a badge about its name."""
+"""The registry that a badge is issued in, and notes to the issuer about its name."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import os
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
+
+from moireid.errors import RegistryError
 
 if TYPE_CHECKING:
     from moireid.badge import Badge
+    from moireid.issuing import HolderOf
     from moireid.registry import Registry
 
 #: At most this many entries of a list are named; the rest are counted.
 NAMED = 5
+
+
+@contextmanager
+def known_holders(registry_url: str | None) -> Iterator[HolderOf | None]:
+    """Who holds an identity in a registry as it is now, None without one; a registry that is absent has no one yet."""
+    if registry_url is None:
+        yield None
+        return
+    from moireid.registry import open_registry
+
+    try:
+        registry = open_registry(registry_url, create=False)
+    except RegistryError:
+        # What else is wrong with it is said when it is opened to issue the badge.
+        yield lambda badge_id: None
+        return
+    with registry:
+        yield registry.by_id
+
+
+@contextmanager
+def opened(registry_url: str | None) -> Iterator[Registry | None]:
+    """The registry that badges are issued in, made where it is absent; None without one."""
+    if registry_url is None:
+        yield None
+        return
+    from moireid.registry import open_registry
+
+    with open_registry(registry_url, create=True, actor=os.environ.get("MOIREID_ACTOR")) as registry:
+        yield registry
 
 
 def namesake_notes(badges: Sequence[Badge], registry: Registry) -> list[str]:

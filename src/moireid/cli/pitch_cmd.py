@@ -74,7 +74,7 @@ def pitch_test_command(
     distance: float,
     steps: int,
     form: str,
-    scale_text: str | None,
+    measured_scale: tuple[float, float],
     overwrite: bool,
     as_json: bool,
 ) -> None:
@@ -85,11 +85,9 @@ def pitch_test_command(
     with a photo.
     """
     from moireid.designer.chart import ChartRequest, design_chart
-    from moireid.designer.request import parse_scale
     from moireid.fabrication.page.chart_page import print_chart
     from moireid.sheets import MM_PER_INCH
 
-    measured_scale = parse_scale(scale_text) if scale_text else (1.0, 1.0)
     chart = design_chart(ChartRequest(lens, printer_dpi, paper, distance, steps, form))
     files = print_chart(chart, folder, measured_scale=measured_scale, overwrite=overwrite)
     cells = chart.gratings[0].cells
@@ -211,7 +209,7 @@ def calibrate_command(
     from moireid.calibration.film_orders import SheetOrder, film_read
     from moireid.calibration.lens_fit import lens_from_band
     from moireid.calibration.sheet_reading import SheetReading, printer_profile
-    from moireid.designer.request import parse_scale
+    from moireid.designer.order import parse_scale
     from moireid.files import planned
     from moireid.profiles import save_lens_profile, save_printer_profile
 

@@ -1,6 +1,6 @@
 """From a name, a lens, a printer and a viewing range to a Badge that works there.
 
-request.py  the request for a badge, checked; its payload, given or drawn at random
+order.py    the order for a badge, checked; its payload, given or drawn at random
 layout.py   the places of markers, or of the coded frame, and of gratings on the page
 grid.py     how a grating is cut into rows and cells
 reach.py    the distances at which a board can be read, and a film judged; the link budget of each receiver
@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 
 from moireid.designer.design import design_badge
 from moireid.designer.explain import explain
-from moireid.designer.request import Request, payload_from_hex, random_payload
+from moireid.designer.order import Order, payload_from_hex, random_payload
 from moireid.lazy import lazy
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "ChartRequest",
-    "Request",
+    "Order",
     "design_badge",
     "design_chart",
     "explain",

@@ -14,7 +14,7 @@ from pathlib import Path
 from moireid.badge import Badge, Cell, Grating, Lens, Markers, Rect
 from moireid.designer.grid import DUTY
 from moireid.designer.layout import DICTIONARY, PAPER_MARGIN_MM, QUIET_MODULES
-from moireid.designer.request import MARGIN_MM
+from moireid.designer.order import MARGIN_MM
 from moireid.errors import DesignError
 from moireid.idcodes.pitch import line_up
 from moireid.profiles import CHART_FAMILY, PAPERS_MM, Printer, lens_named

@@ -8,12 +8,14 @@ beat levels divide the interval between the two.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from moireid.badge import Badge, Cell, Code, Grating, Lens
+from moireid.designer.formats import format_named, turned
 from moireid.designer.grid import DUTY, Grid, bands, cells_and_roles, choose_grid
 from moireid.designer.layout import Layout, lay_out
+from moireid.designer.order import DESIGN_FOCAL_PX, FAMILY_BYTES, GAP_MM, Order, Pair
 from moireid.designer.reach import (
     MIN_FRINGES,
     MIN_PX_PER_FRINGE,
@@ -21,10 +23,10 @@ from moireid.designer.reach import (
     check_range,
     fringe_length_mm,
 )
-from moireid.designer.request import DESIGN_FOCAL_PX, FAMILY_BYTES, Request, clean_name
 from moireid.dots import realised
 from moireid.errors import CodeError, DesignError, SpecError
-from moireid.idcodes import family_named
+from moireid.files import as_path
+from moireid.idcodes import CodeFamily, family_named
 from moireid.idcodes.pitch import BANDS
 from moireid.idcodes.pitch import LEVELS as PITCH_LEVELS
 from moireid.idcodes.spacing import PHASE_LEVELS
@@ -42,6 +44,10 @@ MAX_DOT_PHASE_RAD = 0.25
 PRINTER_DPI = (300, 360, 400, 600, 720, 1200, 1440, 2400)
 #: Beat levels of the spacing family's uniform rows.
 SPACING_LEVELS = 8
+#: A range may be too wide for several reasons, and each attempt reports only one of them.
+MOST_CUTS = 4
+#: Whose pitch a mask has where no lens is named.
+MASK_LENS = "50lpi"
 #: How the lines of neighbouring cells meet.
 PATTERNS = ("cells", "silk")
 #: The published prototype's printed pitch is 1.0236 lens pitches; the pitch family's reference keeps near that ratio.
@@ -57,13 +63,31 @@ class Beats:
     levels: int
 
 
-def design_badge(request: Request, payload: bytes) -> Badge:
-    """Design the badge that carries a payload and can be read over the request's range.
+@dataclass(frozen=True)
+class Drawing:
+    """An order with all that is chosen for it but the identity: its code family, front, places, grid and beats."""
+
+    order: Order
+    family: CodeFamily
+    lens: Lens
+    layout: Layout
+    grid: Grid
+    beats: Beats
+    payload_bytes: int
+
+    @property
+    def spacing(self) -> bool:
+        """Whether the code is in the places of lines."""
+        return self.family.name == "spacing"
+
+
+def design_badge(order: Order, payload: bytes) -> Badge:
+    """Design the badge that carries a payload and can be read over the order's range.
 
     Parameters
     ----------
-    request : Request
-        Whose badge, on which sheet and printer, read from how far.
+    order : Order
+        Whose badge, on which sheet and printer, read from how far; its own payload does not count.
     payload : bytes
         Its identity, 8 or 16 bytes, or 3 of the pitch family.
 
@@ -75,7 +99,7 @@ def design_badge(request: Request, payload: bytes) -> Badge:
     Raises
     ------
     SpecError
-        For a lens or a name that is none.
+        For a lens or a format that is none.
     DesignError
         Where nothing works; it names what would.
     CodeError
@@ -86,119 +110,149 @@ def design_badge(request: Request, payload: bytes) -> Badge:
     Convention: printed pitches are coarser than the lens pitch, so beats are negative, as in the published prototype.
     Source: `choose_beats`; p_r = 1 / (1/p_f + f_b).
     """
-    name = clean_name(request.name)
-    family = family_named(_family_for(request, payload))
-    lens, layout, spacing = _front(request), lay_out(request), family.name == "spacing"
-    levels, count = SPACING_LEVELS if spacing else PITCH_LEVELS, len(layout.fields_mm)
-    silk = _is_silk(request, family.name)
-    if not spacing and request.axes != "x":
-        raise DesignError(
-            f"the pitch code is carried by one field, and axes {request.axes} has {count}; take axes x, or the spacing "
-            "code"
-        )
-    grid = choose_grid(layout, len(payload)) if spacing else bands(layout, BANDS)
-    beats = choose_beats(layout, request.range_m[1], lens.pitch_mm, levels)
-    check_range(request, layout, grid, lens.pitch_mm, levels, len(payload))
-    blank = tuple(
-        _blank_grating(family.name, lens.pitch_mm, layout, k, grid, beats, len(payload), silk=silk)
-        for k in range(count)
-    )
-    _check_printer(request, blank[0].pitch_mm)
+    drawing = _drawing(filled(order, len(payload)), len(payload))
+    order, layout, lens_pitch_mm = drawing.order, drawing.layout, drawing.lens.pitch_mm
+    silk = _is_silk(order, drawing.family.name)
+    blank = tuple(_blank_grating(drawing, k, silk=silk) for k in range(len(layout.fields_mm)))
+    _check_printer(order, blank[0].pitch_mm)
     gratings = tuple(
         Grating(g.rect_mm, g.axis, _reference_pitch_mm(g, cells), g.family, cells, g.code)
-        for g, cells in zip(blank, family.write(payload, blank, lens.pitch_mm), strict=True)
+        for g, cells in zip(blank, drawing.family.write(payload, blank, lens_pitch_mm), strict=True)
     )
-    _check_dots(request, gratings, lens.pitch_mm)
+    _check_dots(order, gratings, lens_pitch_mm)
     return Badge(
         id=payload.hex(),
-        name=name,
+        name=order.name,
         page_mm=layout.page_mm,
-        lens=lens,
+        lens=drawing.lens,
         gratings=gratings,
         markers=layout.markers,
         payload_bits=8 * len(payload),
         board_mm=layout.board_mm,
-        range_m=request.range_m,
+        range_m=order.range_m,
         # Of a lens profile only the file's name: its folder is private.
-        print={"dpi": request.printer_dpi, "paper": request.paper, "form": request.form}
-        | {"lens": Path(request.lens).name}
-        | ({"ink_growth_um": request.ink_growth_um} if request.ink_growth_um else {}),
+        print={"dpi": order.printer_dpi, "paper": order.paper, "form": order.form}
+        | {"lens": Path(order.lens or "").name}
+        | ({"ink_growth_um": order.ink_growth_um} if order.ink_growth_um else {}),
     )
 
 
-def _is_silk(request: Request, family: str) -> bool:
+def filled(order: Order, payload_bytes: int | None = None) -> Order:
+    """The order with size, lens and range of its format where it names none, the range as far as the board is read.
+
+    Parameters: payload_bytes: length of the identity; None for the shortest one.
+    Raises: SpecError for a size of a format; DesignError where no part of the format's range works.
+    """
+    form = format_named(order.format)
+    size_mm = turned(form.size_mm, order.orientation)
+    own = order.format is None and order.orientation is None
+    if order.size_mm not in (None, size_mm) and not own:
+        raise SpecError("--size is for a badge of no format; give it without --format and --orientation")
+    # A mask is of any pitch.
+    lens = order.lens or (MASK_LENS if own and order.front == "mask" else form.lens)
+    full = replace(order, size_mm=order.size_mm or size_mm, lens=lens, range_m=order.range_m or form.range_m)
+    if order.range_m is not None:
+        return full
+    length = payload_bytes or FAMILY_BYTES[order.code or "spacing"][0]
+    for _ in range(MOST_CUTS):
+        try:
+            _drawing(full, length)
+        except DesignError as error:
+            full = replace(full, range_m=_cut(full.range_m or form.range_m, error))
+        else:
+            break
+    return full
+
+
+def _cut(range_m: Pair, error: DesignError) -> Pair:
+    """The part of a range that a board allows, by the error of `check_range`.  Raises: the error where it has none."""
+    near_m, far_m = error.details.get("near_m", range_m[0]), error.details.get("far_m")
+    if not isinstance(near_m, float) or not isinstance(far_m, float):
+        raise error
+    cut = max(range_m[0], near_m), min(range_m[1], math.floor(100 * far_m) / 100)
+    if cut[0] >= cut[1] or cut == range_m:
+        raise error
+    return cut
+
+
+def _drawing(order: Order, payload_bytes: int) -> Drawing:
+    """What is chosen for a filled order, checked to be read over its range.  Raises: as `design_badge`."""
+    assert order.range_m is not None
+    family = family_named(_family_for(order, payload_bytes))
+    lens, layout, spacing = _front(order), lay_out(order), family.name == "spacing"
+    if not spacing and order.axes != "x":
+        raise DesignError(
+            f"the pitch code is carried by one field, and axes {order.axes} has {len(layout.fields_mm)}; take axes x, "
+            "or the spacing code"
+        )
+    levels = SPACING_LEVELS if spacing else PITCH_LEVELS
+    grid = choose_grid(layout.fields_mm, payload_bytes) if spacing else bands(layout.fields_mm, BANDS)
+    beats = choose_beats(layout, order.range_m[1], lens.pitch_mm, levels)
+    check_range(order.range_m, layout, grid, lens.pitch_mm, levels, payload_bytes)
+    return Drawing(order, family, lens, layout, grid, beats, payload_bytes)
+
+
+def _is_silk(order: Order, family: str) -> bool:
     """Whether the fields are smooth.  Raises: DesignError where they cannot be."""
     bends = family == "spacing"
-    if request.pattern is None:
+    if order.pattern is None:
         # Turned fields and masks are left as they were: more cells of silk were misread, and a film was inconclusive.
-        return bends and request.axes != "hex" and request.front == "lens"
-    if request.pattern not in PATTERNS:
-        raise DesignError(f"the pattern {request.pattern!r} is not known; choose {' or '.join(PATTERNS)}")
-    if request.pattern == "silk" and not bends:
-        raise DesignError("silk bends the lines of a spacing code; leave out --code, or take cells")
-    return request.pattern == "silk"
+        return bends and order.axes != "hex" and order.front == "lens"
+    if order.pattern not in PATTERNS:
+        raise DesignError(f"the pattern {order.pattern!r} is not known; choose {' or '.join(PATTERNS)}")
+    if order.pattern == "silk" and not bends:
+        raise DesignError("silk bends the lines of a spacing code; take that code, or cells")
+    return order.pattern == "silk"
 
 
-def _front(request: Request) -> Lens:
-    """The front layer of the request.  Raises: SpecError for one that does not exist."""
-    if request.front == "lens":
-        lens, thickness_mm = lens_named(request.lens), request.lens_thickness_mm
-        return lens if thickness_mm is None else sheet_of_thickness(lens, thickness_mm)
-    if request.front != "mask":
-        raise SpecError(f"front {request.front!r} is not known; choose lens or mask")
-    if request.lens_thickness_mm is not None:
-        raise SpecError("a mask has no lenticular sheet; give its thickness as the gap")
-    return mask_named(request.lens, request.gap_mm)
+def _front(order: Order) -> Lens:
+    """The front layer of the order.  Raises: SpecError for one that does not exist."""
+    thickness_mm, label = order.lens_thickness_mm, str(as_path(order.lens or ""))
+    if order.front == "mask":
+        return mask_named(label, GAP_MM if thickness_mm is None else thickness_mm)
+    if order.front != "lens":
+        raise SpecError(f"front {order.front!r} is not known; choose lens or mask")
+    lens = lens_named(label)
+    return lens if thickness_mm is None else sheet_of_thickness(lens, thickness_mm)
 
 
-def _check_dots(request: Request, gratings: tuple[Grating, ...], lens_pitch_mm: float) -> None:
+def _check_dots(order: Order, gratings: tuple[Grating, ...], lens_pitch_mm: float) -> None:
     """The code must survive the printer's dots; a plain vector leaves them to the printer.
 
     Raises: DesignError with the resolution at which it does.
     """
-    worst = 0.0 if request.form == "vector" else _dot_phase_rad(request, gratings, lens_pitch_mm, request.printer_dpi)
+    worst = 0.0 if order.form == "vector" else _dot_phase_rad(order, gratings, lens_pitch_mm, order.printer_dpi)
     if worst > MAX_DOT_PHASE_RAD:
         enough = next(
             dpi
             for dpi in PRINTER_DPI
-            if dpi > request.printer_dpi and _dot_phase_rad(request, gratings, lens_pitch_mm, dpi) <= MAX_DOT_PHASE_RAD
+            if dpi > order.printer_dpi and _dot_phase_rad(order, gratings, lens_pitch_mm, dpi) <= MAX_DOT_PHASE_RAD
         )
         raise DesignError(
-            f"on dots of {request.printer_dpi} dpi a cell's fringe is {worst:.2f} rad off its place, and "
+            f"on dots of {order.printer_dpi} dpi a cell's fringe is {worst:.2f} rad off its place, and "
             f"{MAX_DOT_PHASE_RAD:g} rad leave its symbol readable; print at {enough} dpi or more, or in vector form",
             least_dpi=enough,
         )
 
 
-def _blank_grating(
-    family: str,
-    lens_pitch_mm: float,
-    layout: Layout,
-    field: int,
-    grid: Grid,
-    beats: Beats,
-    payload_bytes: int,
-    *,
-    silk: bool,
-) -> Grating:
+def _blank_grating(drawing: Drawing, field: int, *, silk: bool) -> Grating:
     """A grating whose cells have their places and roles but no identity yet."""
-    axis, rect = layout.fields_mm[field]
-    spacing = family == "spacing"
+    (axis, rect), beats, lens_pitch_mm = drawing.layout.fields_mm[field], drawing.beats, drawing.lens.pitch_mm
     wanted = (1.0 - 1.0 / REFERENCE_RATIO) / lens_pitch_mm
     level = min(max(round((wanted - beats.slowest_per_mm) / beats.step_per_mm), 0), beats.levels - 1)
     reference = -(beats.slowest_per_mm + level * beats.step_per_mm)
     pitch_mm = float(rear_pitch_for_beat_mm(lens_pitch_mm, reference))
-    cells, roles = cells_and_roles(rect, axis, grid, pitch_mm, field, silk=silk)
+    cells, roles = cells_and_roles(rect, axis, drawing.grid, pitch_mm, field, silk=silk)
     code = Code(
         roles=roles,
-        payload_bits=8 * payload_bytes,
+        payload_bits=8 * drawing.payload_bytes,
         levels=beats.levels,
         base_frequency_per_mm=-beats.slowest_per_mm,
         frequency_step_per_mm=-beats.step_per_mm,
-        reference_level=None if spacing else level,
-        phase_levels=PHASE_LEVELS if spacing else None,
+        reference_level=None if drawing.spacing else level,
+        phase_levels=PHASE_LEVELS if drawing.spacing else None,
     )
-    return Grating(rect, axis, pitch_mm, family, cells, code)
+    return Grating(rect, axis, pitch_mm, drawing.family.name, cells, code)
 
 
 def _reference_pitch_mm(grating: Grating, cells: tuple[Cell, ...]) -> float:
@@ -206,15 +260,15 @@ def _reference_pitch_mm(grating: Grating, cells: tuple[Cell, ...]) -> float:
     return float(cells[grating.code.reference_cell].pitch_mm)
 
 
-def _family_for(request: Request, payload: bytes) -> str:
-    """The family asked for, or the one that carries a payload of this length; checked to fit."""
-    fitting = [name for name, sizes in FAMILY_BYTES.items() if len(payload) in sizes]
-    name = request.family or (fitting[0] if fitting else "spacing")
+def _family_for(order: Order, payload_bytes: int) -> str:
+    """The code asked for, or the one that carries a payload of this length; checked to fit."""
+    fitting = [name for name, sizes in FAMILY_BYTES.items() if payload_bytes in sizes]
+    name = order.code or (fitting[0] if fitting else "spacing")
     allowed = FAMILY_BYTES.get(name, ())
-    if allowed and len(payload) not in allowed:
+    if allowed and payload_bytes not in allowed:
         digits = " or ".join(str(2 * count) for count in allowed)
         raise CodeError(
-            f"a payload of {8 * len(payload)} bits does not fit; the {name} code carries {digits} hex digits"
+            f"a payload of {8 * payload_bytes} bits does not fit; the {name} code carries {digits} hex digits"
         )
     return name
 
@@ -231,30 +285,30 @@ def choose_beats(layout: Layout, far_m: float, lens_pitch_mm: float, levels: int
     return Beats(slowest, min((fastest - slowest) / (levels - 1), MAX_STEP_FRINGES / width_mm), levels)
 
 
-def _check_printer(request: Request, pitch_mm: float) -> None:
+def _check_printer(order: Order, pitch_mm: float) -> None:
     """A line must be drawn some dots wide."""
-    drawn_mm = pitch_mm * DUTY - request.ink_growth_um / 1000
-    dots = drawn_mm / Printer(request.printer_dpi).dot_mm
+    drawn_mm = pitch_mm * DUTY - order.ink_growth_um / 1000
+    dots = drawn_mm / Printer(order.printer_dpi).dot_mm
     if drawn_mm < pitch_mm * DUTY / 4:
         raise DesignError(
-            f"an ink growth of {request.ink_growth_um:g} um leaves {1000 * drawn_mm:.0f} um of a line of "
+            f"an ink growth of {order.ink_growth_um:g} um leaves {1000 * drawn_mm:.0f} um of a line of "
             f"{1000 * pitch_mm * DUTY:.0f} um; use another printer or paper, or take a coarser lens"
         )
     if dots < MIN_DOTS_PER_LINE:
         needed = MIN_DOTS_PER_LINE * MM_PER_INCH / drawn_mm
         least = next((dpi for dpi in PRINTER_DPI if dpi >= needed), math.ceil(needed))
         raise DesignError(
-            f"at {request.printer_dpi} dpi a line of {drawn_mm:.3f} mm is {dots:.1f} dots wide, fewer than "
+            f"at {order.printer_dpi} dpi a line of {drawn_mm:.3f} mm is {dots:.1f} dots wide, fewer than "
             f"{MIN_DOTS_PER_LINE:g}; print at {least} dpi or more, or take a coarser lens",
             least_dpi=least,
         )
 
 
-def _dot_phase_rad(request: Request, gratings: tuple[Grating, ...], lens_pitch_mm: float, dpi: int) -> float:
+def _dot_phase_rad(order: Order, gratings: tuple[Grating, ...], lens_pitch_mm: float, dpi: int) -> float:
     """The largest shift of a cell's fringe on dots of that resolution."""
     dot_mm = Printer(dpi).dot_mm
     return max(
-        abs(realised(grating, cell, lens_pitch_mm, dot_mm, request.ink_growth_um / 1000).phase_error_rad)
+        abs(realised(grating, cell, lens_pitch_mm, dot_mm, order.ink_growth_um / 1000).phase_error_rad)
         for grating in gratings
         if isinstance(grating.axis, str)
         for cell in grating.cells

@@ -7,6 +7,7 @@ import math
 from moireid.badge import Badge, Lens
 from moireid.designer.grid import DUTY
 from moireid.designer.layout import explain_fiducial
+from moireid.designer.order import DESIGN_FOCAL_PX
 from moireid.designer.reach import (
     PROMISED_SHARE,
     RECEIVERS,
@@ -14,7 +15,6 @@ from moireid.designer.reach import (
     read_of,
     verdict_reach_m,
 )
-from moireid.designer.request import DESIGN_FOCAL_PX
 from moireid.dots import on_dots
 from moireid.errors import SpecError
 from moireid.frames import axis_words, own_rect

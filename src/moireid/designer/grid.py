@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Literal
 
 from moireid.badge import Cell, Rect
-from moireid.designer.layout import Layout
 from moireid.frames import Axis, own_rect
 from moireid.idcodes.spacing import CELLS_PER_BYTE
 from moireid.idcodes.words import CHECK_BYTES, MAX_WORD_BYTES
@@ -20,6 +20,8 @@ UNIFORM_ROWS = 3
 MAX_ROWS, MAX_COLUMNS = 40, 60
 
 Role = Literal["reference", "beat", "phase"]
+#: Of each grating, its axis and its rectangle in that axis's own frame, page mm.
+Fields = tuple[tuple[Axis, Rect], ...]
 
 
 @dataclass(frozen=True)
@@ -32,14 +34,15 @@ class Grid:
     cell_mm: float
 
 
-def bands(layout: Layout, count: int) -> Grid:
+def bands(fields_mm: Fields, count: int) -> Grid:
     """All rows uniform, for the pitch family."""
-    _, rect = layout.fields_mm[0]
+    _, rect = fields_mm[0]
     row_mm = (rect[3] - rect[1]) / count
-    return Grid(count, (0,) * len(layout.fields_mm), row_mm, row_mm)
+    return Grid(count, (0,) * len(fields_mm), row_mm, row_mm)
 
 
-def choose_grid(layout: Layout, payload_bytes: int) -> Grid:
+@lru_cache(maxsize=16)
+def choose_grid(fields_mm: Fields, payload_bytes: int) -> Grid:
     """The largest cells of which enough fit.
 
     Source: of all grids whose word holds the payload at `FILL`, the one whose smaller cell side is largest.
@@ -48,7 +51,7 @@ def choose_grid(layout: Layout, payload_bytes: int) -> Grid:
     best: Grid | None = None
     for rows in range(UNIFORM_ROWS + 2, MAX_ROWS + 1):
         for columns in range(3, MAX_COLUMNS + 1):
-            grid = _grid(layout, rows, columns)
+            grid = _grid(fields_mm, rows, columns)
             word = sum((rows - UNIFORM_ROWS) * count for count in grid.columns) // CELLS_PER_BYTE
             if need <= word <= MAX_WORD_BYTES and (best is None or grid.cell_mm > best.cell_mm):
                 best = grid
@@ -56,12 +59,12 @@ def choose_grid(layout: Layout, payload_bytes: int) -> Grid:
     return best
 
 
-def _grid(layout: Layout, rows: int, columns: int) -> Grid:
+def _grid(fields_mm: Fields, rows: int, columns: int) -> Grid:
     """A grid with `columns` cells in the first field's rows, like cells in the others'."""
     counts, sides = [], []
-    for axis, rect in layout.fields_mm:
+    for axis, rect in fields_mm:
         low, top, high, bottom = own_rect(axis, rect)
-        along, across, first = high - low, bottom - top, layout.fields_mm[0][1]
+        along, across, first = high - low, bottom - top, fields_mm[0][1]
         count = max(3, round(columns * along / (first[2] - first[0])))
         counts.append(count)
         sides += [along / count, across / rows]

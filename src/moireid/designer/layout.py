@@ -29,7 +29,8 @@ from dataclasses import dataclass
 from typing import Final
 
 from moireid.badge import CodedFrame, Fiducial, Markers, Rect
-from moireid.designer.request import DESIGN_FOCAL_PX, Request
+from moireid.designer.formats import format_named
+from moireid.designer.order import DESIGN_FOCAL_PX, Order
 from moireid.errors import DesignError
 from moireid.fiducials import LEAST_LINE_MM, THINNEST_LINE_SHARE
 from moireid.frames import Axis, own_frame
@@ -57,24 +58,25 @@ EDGE_LINES = 2.0
 ENDS, FRAMED_NAME_MM, FRAMED_ID_MM = 0.11, 7.0, 6.5
 
 
-def frame_and_field(request: Request, board: Rect) -> tuple[Rect, float, Rect]:
-    """The frame's outer border, its line, mm, and the field within, for a request and its board.
+def frame_and_field(order: Order, board: Rect) -> tuple[Rect, float, Rect]:
+    """The frame's outer border, its line, mm, and the field within, for an order and its board.
 
     Convention: page mm.  The line is as wide as the far end of the range, or the format, asks for.
     Raises: DesignError for markers that are not known.
     """
-    if request.markers != "frame":
-        raise DesignError(f"markers {request.markers!r} is not possible; choose squares or frame")
-    (x0, y0, x1, y1), frame, height = board, request.frame, board[3] - board[1]
-    far_mm = 1000.0 * request.range_m[1]
+    if order.markers != "frame":
+        raise DesignError(f"markers {order.markers!r} is not possible; choose squares or frame")
+    assert order.range_m is not None
+    (x0, y0, x1, y1), form, height = board, format_named(order.format), board[3] - board[1]
+    far_mm = 1000.0 * order.range_m[1]
     # A line that is too thin for its frame is refused by readers; the frame is smaller than the board.
     thinnest = max(LEAST_LINE_MM, THINNEST_LINE_SHARE * max(x1 - x0, height))
-    widths = (MIN_LINE_PX * far_mm / DESIGN_FOCAL_PX, (frame.marker_mm or 0.0) / MARKER_LINES, thinnest)
+    widths = (MIN_LINE_PX * far_mm / DESIGN_FOCAL_PX, (form.marker_mm or 0.0) / MARKER_LINES, thinnest)
     line_mm = math.ceil(10 * max(widths) - 1e-9) / 10
-    margin, white = max(frame.margin_mm, EDGE_LINES * line_mm), max(EDGE_LINES * line_mm, LEAST_GAP_MM)
+    margin, white = max(form.margin_mm, EDGE_LINES * line_mm), max(EDGE_LINES * line_mm, LEAST_GAP_MM)
     head, foot = (
         max(max(ENDS, share) * height, margin + white + words_mm)
-        for share, words_mm in ((frame.head, FRAMED_NAME_MM), (frame.foot, FRAMED_ID_MM))
+        for share, words_mm in ((order.head, FRAMED_NAME_MM), (order.foot, FRAMED_ID_MM))
     )
     left, top, right, bottom = (round(value, 3) for value in (x0 + margin, y0 + head, x1 - margin, y1 - foot))
     inset = line_mm + max(GAP_LINES * line_mm, LEAST_GAP_MM)
@@ -202,27 +204,28 @@ class Layout:
     markers: Fiducial
 
 
-def lay_out(request: Request) -> Layout:
+def lay_out(order: Order) -> Layout:
     """Place everything.  Raises: DesignError where the board does not fit the paper, or holds no grating."""
-    if request.paper not in PAPERS_MM:
-        raise DesignError(f"paper {request.paper!r} is not known; choose one of {', '.join(PAPERS_MM)}")
-    width, height = request.size_mm
-    page_mm, board = _on_paper(request.paper, width, height)
-    if request.markers != "squares":
-        return _framed(request, page_mm, board)
-    frame = request.frame
-    marker_mm = frame.marker_mm or round(MARKER_MM_PER_BOARD_MM * min(width, height), 2)
-    least_mm = frame.margin_mm + marker_mm + QUIET_MODULES * marker_mm / 6
-    top, bottom = board[1] + max(least_mm, frame.head * height), board[3] - max(least_mm, frame.foot * height)
+    if order.paper not in PAPERS_MM:
+        raise DesignError(f"paper {order.paper!r} is not known; choose one of {', '.join(PAPERS_MM)}")
+    assert order.size_mm is not None
+    width, height = order.size_mm
+    page_mm, board = _on_paper(order.paper, width, height)
+    if order.markers != "squares":
+        return _framed(order, page_mm, board)
+    form = format_named(order.format)
+    marker_mm = form.marker_mm or round(MARKER_MM_PER_BOARD_MM * min(width, height), 2)
+    least_mm = form.margin_mm + marker_mm + QUIET_MODULES * marker_mm / 6
+    top, bottom = board[1] + max(least_mm, order.head * height), board[3] - max(least_mm, order.foot * height)
     if bottom - top < MIN_FIELD_MM or width < 3 * marker_mm:
         raise DesignError(
             f"a board of {width:g} x {height:g} mm leaves no room for the fringes; give at least "
             f"{SMALL_BOARD_MM[0]:g}x{SMALL_BOARD_MM[1]:g}",
             size_mm=SMALL_BOARD_MM,
         )
-    left, right = board[0] + frame.margin_mm, board[2] - frame.margin_mm
+    left, right = board[0] + form.margin_mm, board[2] - form.margin_mm
     field: Rect = (round(left, 3), round(top, 3), round(right, 3), round(bottom, 3))
-    inset = frame.margin_mm + marker_mm / 2
+    inset = form.margin_mm + marker_mm / 2
     centers = (
         (board[0] + inset, board[1] + inset),
         (board[2] - inset, board[1] + inset),
@@ -230,31 +233,31 @@ def lay_out(request: Request) -> Layout:
         (board[0] + inset, board[3] - inset),
     )
     markers = Markers(DICTIONARY, marker_mm, (0, 1, 2, 3), centers)
-    if request.axes == "hex":
-        if max(frame.head, frame.foot) * height > least_mm:
+    if order.axes == "hex":
+        if max(order.head, order.foot) * height > least_mm:
             raise DesignError(
                 "three directions of fringes take the room that this template gives to words and pictures; take "
                 "another template, such as plain on a badge that lies, or --axes x or xy"
             )
         side, middle = (right - left) / 2, (board[1] + board[3]) / 2
         # Between the markers there is room up to the name and down to the id.
-        upper, lower = board[1] + frame.margin_mm + marker_mm + NAME_MM, centers[3][1] - ID_MM
+        upper, lower = board[1] + form.margin_mm + marker_mm + NAME_MM, centers[3][1] - ID_MM
         cross = Room(side, width / 2 - least_mm, middle - top, middle - min(top, upper), max(bottom, lower) - middle)
         return Layout(page_mm, board, three_fields(cross, GAP_MM, page_mm), markers)
-    return Layout(page_mm, board, _fields(field, request), markers)
+    return Layout(page_mm, board, _fields(field, order), markers)
 
 
-def _framed(request: Request, page_mm: tuple[float, float], board: Rect) -> Layout:
+def _framed(order: Order, page_mm: tuple[float, float], board: Rect) -> Layout:
     """A layout without squares: the name, a frame around the fields, and the id."""
-    rect, line_mm, field = frame_and_field(request, board)
-    if request.axes == "hex":
+    rect, line_mm, field = frame_and_field(order, board)
+    if order.axes == "hex":
         raise DesignError("three turned fields need markers in the corners; choose markers squares, or axes x or xy")
     if min(field[2] - field[0], field[3] - field[1]) < MIN_FIELD_MM:
         raise DesignError(
             f"a frame with a line of {line_mm:g} mm leaves no room for the fringes; choose markers squares, a larger "
             "board or a shorter range"
         )
-    return Layout(page_mm, board, _fields(field, request), coded_frame(rect, line_mm))
+    return Layout(page_mm, board, _fields(field, order), coded_frame(rect, line_mm))
 
 
 def _on_paper(paper: str, width: float, height: float) -> tuple[tuple[float, float], Rect]:
@@ -272,12 +275,12 @@ def _on_paper(paper: str, width: float, height: float) -> tuple[tuple[float, flo
     )
 
 
-def _fields(field: Rect, request: Request) -> tuple[tuple[Axis, Rect], ...]:
+def _fields(field: Rect, order: Order) -> tuple[tuple[Axis, Rect], ...]:
     """The field as one grating, or as two halves of either axis."""
-    if request.axes == "x":
+    if order.axes == "x":
         return (("x", field),)
-    if request.axes != "xy":
-        raise DesignError(f"axes {request.axes!r} is not possible; choose x, xy or hex")
+    if order.axes != "xy":
+        raise DesignError(f"axes {order.axes!r} is not possible; choose x, xy or hex")
     middle = (field[0] + field[2]) / 2
     left: Rect = (field[0], field[1], round(middle - GAP_MM / 2, 3), field[3])
     right: Rect = (round(middle + GAP_MM / 2, 3), field[1], field[2], field[3])

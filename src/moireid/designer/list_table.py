@@ -12,7 +12,6 @@ import codecs
 import csv
 import io
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 
 from moireid.errors import SpecError
@@ -22,47 +21,33 @@ SEPARATORS = {",": "commas", ";": "semicolons", "\t": "tabs", "|": "bars"}
 WORKBOOKS = {b"PK\x03\x04": "a workbook (such as .xlsx or .ods)", b"\xd0\xcf\x11\xe0": "an Excel workbook (.xls)"}
 SAVE_AS = "save it as “CSV UTF-8”"
 
-#: What is wrong with the rows of a list, by their numbers.
-RowFaults = dict[int, SpecError]
-
-
-@dataclass(frozen=True)
-class ListTable:
-    """The cells of a list.
-
-    columns: the first line's cells, in lower case; rows: each person's row number and cells, by column.
-    """
-
-    columns: tuple[str, ...]
-    rows: tuple[tuple[int, Mapping[str, str]], ...]
+Cells = Mapping[str, str]
 
 
 def read_list(
-    data: bytes, *, source: str = "the list", needed: str = "name", faults: RowFaults | None = None
-) -> ListTable:
-    """The rows of a list's bytes; `source` names it in messages, and its columns hold `needed`.
+    data: bytes, *, source: str = "the list", needed: str = "name"
+) -> tuple[tuple[str, ...], list[tuple[int, Cells | SpecError]]]:
+    """The columns of a list's bytes, in lower case, and each person's row number and cells by column, or its fault.
 
-    Parameters: faults: takes the rows that do not fit, which are then left out; None to raise the first one's.
-    Raises: SpecError with the row, where it is no such list, has a column twice, or holds a row that does not fit.
+    Parameters: source: names it in messages; needed: one of its columns.
+    Raises: SpecError with the row, where it is no such list, or has a column twice.
     """
     rows, separator = _rows(decoded(data, source), source, needed)
     columns = tuple(cell.strip().lower() for cell in rows[0])
     for column in columns:
         if column and columns.count(column) > 1:
             raise SpecError(f"{source} has {columns.count(column)} columns {column}; leave one of them")
-    people = []
+    people: list[tuple[int, Cells | SpecError]] = []
     for number, row in enumerate(rows[1:], start=2):
         if any(cell.strip() for cell in row):
             try:
                 _check_row(row, number, columns, separator, source)
             except SpecError as error:
-                if faults is None:
-                    raise
-                faults[number] = error
+                people.append((number, error))
                 continue
             cells = [cell.strip() for cell in row] + [""] * (len(columns) - len(row))
             people.append((number, {column: cells[k] for k, column in enumerate(columns)}))
-    return ListTable(columns, tuple(people))
+    return columns, people
 
 
 def decoded(data: bytes, source: str = "the list") -> str:

@@ -23,7 +23,7 @@ from statistics import NormalDist
 from moireid.badge import Badge
 from moireid.designer.grid import UNIFORM_ROWS, Grid
 from moireid.designer.layout import Layout, as_marker_mm
-from moireid.designer.request import DESIGN_FOCAL_PX, Request
+from moireid.designer.order import DESIGN_FOCAL_PX, Pair
 from moireid.errors import DesignError
 from moireid.frames import own_rect
 from moireid.idcodes.spacing import CELLS_PER_BYTE, PHASE_LEVELS
@@ -156,7 +156,7 @@ def fringe_length_mm(layout: Layout) -> float:
 
 
 def check_range(
-    request: Request, layout: Layout, grid: Grid, lens_pitch_mm: float, levels: int, payload_bytes: int
+    range_m: Pair, layout: Layout, grid: Grid, lens_pitch_mm: float, levels: int, payload_bytes: int
 ) -> None:
     """The whole board must be in the picture at the near end, and everything large enough at the far end.
 
@@ -176,9 +176,9 @@ def check_range(
             far_m=far_m,
             size_mm=(146.0, 160.0),
         )
-    if request.range_m[0] < near_m or request.range_m[1] > far_m:
+    if range_m[0] < near_m or range_m[1] > far_m:
         raise DesignError(
-            f"{words} is read at {near_m:.2f} to {far_m:.2f} m, not {request.range_m[0]:g} to {request.range_m[1]:g}: "
+            f"{words} is read at {near_m:.2f} to {far_m:.2f} m, not {range_m[0]:g} to {range_m[1]:g}: "
             f"nearer it overfills the picture, beyond its {what} are too small; choose a range within "
             f"{near_m:.2f}-{far_m:.2f} m, or give a larger board",
             near_m=near_m,

@@ -7,8 +7,8 @@ finished edge.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
-from dataclasses import dataclass, field, fields, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
 from typing import Any
 
 from moireid.errors import FabricationError, SpecError
@@ -186,8 +186,8 @@ class MountFigures:
     insisted: frozenset[str] = frozenset()
 
 
-def mount_figures(pairs: Iterable[str]) -> MountFigures:
-    """The defaults with figures set by name: "kerf_mm=0.2", "slot_mm=20x5".
+def mount_figures(given_mm: Mapping[str, float | tuple[float, float]]) -> MountFigures:
+    """The defaults with figures set by name: {"kerf_mm": 0.2, "slot_mm": (20, 5)}.
 
     Convention: a name that both workshops have (card_mm, film_mm, adhesive_mm, clearance_mm, lip_reach_mm) sets both,
         and "printed.clearance_mm" or "acrylic.clearance_mm" one.
@@ -196,32 +196,18 @@ def mount_figures(pairs: Iterable[str]) -> MountFigures:
     known = {"printed": {f.name for f in fields(MountProcess)}, "acrylic": {f.name for f in fields(AcrylicProcess)}}
     given: dict[str, dict[str, Any]] = {"printed": {}, "acrylic": {}}
     insisted = set()
-    for pair in pairs:
-        key, equals, text = pair.partition("=")
-        where, dot, name = key.strip().rpartition(".")
+    for key, value in given_mm.items():
+        where, dot, name = key.rpartition(".")
         shops = [shop for shop, names in known.items() if name in names and (not dot or shop == where)]
-        if not (equals and shops):
+        if not shops:
             names = ", ".join(sorted(known["printed"] | known["acrylic"]))
-            raise SpecError(f"mount figure {pair[:60]!r} is not known; give NAME=MM with one of {names}")
+            raise SpecError(f"mount figure {key[:60]!r} is not known; give NAME=MM with one of {names}")
+        numbers = value if isinstance(value, tuple) else (value,)
+        if len(numbers) != (2 if name == "slot_mm" else 1) or not all(isinstance(one, int | float) for one in numbers):
+            form = "width and height in mm such as 16x4" if name == "slot_mm" else "a number of mm"
+            raise SpecError(f"mount figure {name}={value!r:.40} is not understood; give {form}")
         if len(shops) == 1:
             insisted.add(shops[0])
         for shop in shops:
-            given[shop][name] = _figure(name, text)
-    return MountFigures(
-        replace(MountProcess(), **given["printed"]),
-        replace(AcrylicProcess(), **given["acrylic"]),
-        frozenset(insisted),
-    )
-
-
-def _figure(name: str, text: str) -> float | tuple[float, ...]:
-    """A number, or width and height of the slot.  Raises: SpecError where it is neither."""
-    parts = text.lower().split("x") if name == "slot_mm" else [text]
-    try:
-        numbers = tuple(float(part) for part in parts)
-    except ValueError:
-        numbers = ()
-    if len(numbers) != (2 if name == "slot_mm" else 1):
-        form = "width and height in mm such as 16x4" if name == "slot_mm" else "a number of mm"
-        raise SpecError(f"mount figure {name}={text[:40]!r} is not understood; give {form}")
-    return numbers if name == "slot_mm" else numbers[0]
+            given[shop][name] = value
+    return MountFigures(MountProcess(**given["printed"]), AcrylicProcess(**given["acrylic"]), frozenset(insisted))

@@ -15,7 +15,7 @@ from moireid.registry import Record
 from moireid.registry.canonical import canonical_json
 from moireid.verifier.session.known_figures import CaptureComparison
 from moireid_studio.auth.guard import Visitor
-from moireid_studio.jobs.orders import BadgeOrder, Wish
+from moireid_studio.jobs.orders import ORDERS, VisitorOrder
 from moireid_studio.jobs.task import ORDER, PACKAGE, PEOPLE
 from moireid_studio.pictures import kept_pictures, pack
 from moireid_studio.problems import Refusal
@@ -27,7 +27,7 @@ from moireid_studio.studio import Studio
 MODELS = ("mount.glb", "stack.glb")
 
 
-def pictures_of(studio: Studio, order: BadgeOrder, visitor: Visitor) -> dict[str, StoredPicture]:
+def pictures_of(studio: Studio, order: VisitorOrder, visitor: Visitor) -> dict[str, StoredPicture]:
     """The pictures that an order names, by "logo" and "portrait".  Raises: SpecError where one is not kept."""
     named = {"logo": order.logo, "portrait": order.portrait}
     return {
@@ -37,22 +37,24 @@ def pictures_of(studio: Studio, order: BadgeOrder, visitor: Visitor) -> dict[str
     }
 
 
-def start_badge(studio: Studio, order: BadgeOrder, visitor: Visitor, pictures: Mapping[str, StoredPicture]) -> Job:
+def start_badge(studio: Studio, order: VisitorOrder, visitor: Visitor, pictures: Mapping[str, StoredPicture]) -> Job:
     """A job that makes one badge's package; pictures: by "logo" and "portrait".
 
     Raises: Refusal 503 where too many wait, or it cannot be stored.
     """
-    return _start(studio, "badge", visitor, order.name, ORDER, order.model_dump_json().encode(), pictures)
+    return _start(studio, "badge", visitor, order.name, ORDER, ORDERS.dump_json(order), pictures)
 
 
 def start_event(
-    studio: Studio, people_csv: bytes, wish: Wish, visitor: Visitor, pictures: Mapping[str, StoredPicture]
+    studio: Studio, people_csv: bytes, order: VisitorOrder, visitor: Visitor, pictures: Mapping[str, StoredPicture]
 ) -> Job:
-    """A job that makes an event's package; pictures: as for `lists.dress_people`.
+    """A job that makes an event's package; pictures: as for `lists.plan_list`.
 
     Raises: Refusal 503 where too many wait, or it cannot be stored.
     """
-    return _start(studio, "event", visitor, "an event", PEOPLE, people_csv, pictures, wish=wish.model_dump())
+    return _start(
+        studio, "event", visitor, "an event", PEOPLE, people_csv, pictures, order=ORDERS.dump_python(order, mode="json")
+    )
 
 
 def start_capture(studio: Studio, job: Job, video: Path, record: Record) -> Job:

@@ -32,7 +32,6 @@ def problem_responses(*statuses: int) -> dict[int | str, dict[str, Any]]:
 PLAIN = (
     (r"printed \(--mount holder\)", "printed as a snap-in holder"),
     (r" \(--[a-z-]+( [a-z]+)?\)", ""),
-    (r"leave out --code and --axes", "let the fringes sense motion sideways"),
     (r"take --markers squares", "take squares as markers"),
     (r"give --distance in metres, or leave it out", "give the camera's distance, or leave it out"),
     (r", and give the pitch-test\.json of this very chart", ""),
@@ -48,7 +47,7 @@ PLAIN = (
     (r"--axes xy", "fringes that sense motion sideways and up and down"),
     (r"run the command again", "issue the badges again"),
     (r"--(axes|colour|format|front|lens|line|logo|markers|mount)\b", r"\1"),
-    (r"--(orientation|portrait|range|size|template|typeface)\b", r"\1"),
+    (r"--(orientation|portrait|range|size|template)\b", r"\1"),
     (r"--steps", "steps"),
 )
 

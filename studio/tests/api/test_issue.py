@@ -25,7 +25,7 @@ from kit.webbing import OpenStudio, Visit, studio
 from moireid.asbuilt import AsBuilt
 from moireid.badge import Badge, badge_from_json
 from moireid.cli.main import moireid
-from moireid.designer import Request, design_badge
+from moireid.designer import Order, design_badge
 from moireid.registry.signing.signer_process import own_signer
 from moireid.sheets import DEFAULT_LENS
 from moireid_studio.store.job import Job
@@ -74,8 +74,7 @@ class Markup(HTMLParser):
 
 def order(name: str, **more: str) -> dict[str, Any]:
     """The JSON of an order for a small badge."""
-    numbers = {key: float(SMALL[key]) for key in ("width_mm", "height_mm", "near_m", "far_m")}
-    return {"name": name, "mount": "none"} | numbers | more
+    return {"name": name, "mount": "none", "size_mm": [90, 110], "range_m": [0.5, 0.9]} | more
 
 
 def done(visit: Visit, job: str, role: str = "issuer") -> dict[str, Any]:
@@ -102,7 +101,7 @@ def test_a_check_shows_the_budget_the_choice_and_a_picture_and_issues_nothing(vi
     answer = visit.ask("POST", "/issue", "issuer", data={"name": "Check Me", "do": "check"})
     assert answer.status_code == 200
     shown = Markup(answer.text)
-    badge = design_badge(Request("Check Me", lens=DEFAULT_LENS), bytes.fromhex(shown.fields["drawn"] or ""))
+    badge = design_badge(Order("Check Me", lens=DEFAULT_LENS), bytes.fromhex(shown.fields["drawn"] or ""))
     assert shown.seen.startswith("data:image/webp;base64,")
     for words in (badge.id, "64 bits", "0.8 to 2.5 m", "in practically every film", "mount.stl", "reference row"):
         assert words in html.unescape(answer.text)
@@ -118,7 +117,7 @@ def test_a_check_shows_the_budget_the_choice_and_a_picture_and_issues_nothing(vi
     [
         ({"far_m": "9"}, ["--range", "0.8-9"]),
         ({"near_m": "3"}, ["--range", "3-2.5"]),
-        ({"width_mm": "40"}, ["--size", "40x160"]),
+        ({"width_mm": "4"}, ["--size", "4x160"]),
         ({"payload": "xyz"}, ["--payload", "xyz"]),
         ({"printer_dpi": "150"}, ["--printer-dpi", "150"]),
         ({"name": "a\u202eb"}, []),
@@ -138,7 +137,13 @@ def test_the_page_refuses_in_the_command_s_own_sentence(
     problem = re.search(r'role="alert" id="problem">(.*?)</p>', answer.text, re.S)
     assert problem is not None and html.unescape(problem.group(1)) == outcome.stderr.removeprefix("error: ").strip()
     assert Markup(answer.text).fields | fields == Markup(answer.text).fields
-    body = {key: float(value) if key.endswith(("_m", "_mm")) else value for key, value in sent.items() if key != "do"}
+    body: dict[str, Any] = {
+        key: value for key, value in sent.items() if key != "do" and not key.endswith(("_m", "_mm"))
+    }
+    pairs = {"range_m": {"near_m": 0.8, "far_m": 2.5}, "size_mm": {"width_mm": 146.0, "height_mm": 160.0}}
+    for what, usual in pairs.items():
+        if set(usual) & set(sent):
+            body[what] = [float(sent.get(name, value)) for name, value in usual.items()]
     by_api = visit.ask("POST", "/api/badges/check", "issuer", json=body)
     assert by_api.status_code == 422 and by_api.json()["text"] == html.unescape(problem.group(1))
 
@@ -175,7 +180,7 @@ def test_issuing_makes_one_archive_and_the_record_together(visit: Visit) -> None
 def test_a_name_that_exists_is_told_before_anything_is_issued(visit: Visit) -> None:
     """Catches: a second badge of a name issued without a word; a badge whose id another holds; a revoked one."""
     registry = visit.studio.registry
-    first = design_badge(Request("Two Of Us", lens=DEFAULT_LENS), payload_for_name("Two Of Us"))
+    first = design_badge(Order("Two Of Us", lens=DEFAULT_LENS), payload_for_name("Two Of Us"))
     registry.enroll(first)
     count = registry.count()
     wish = {"name": "Two Of Us", "do": "issue"}

@@ -18,7 +18,7 @@ from kit.witnesses import Witness
 from moireid.badge import Badge
 from moireid.cli.main import moireid
 from moireid.cli.witness_options import WitnessCheck
-from moireid.designer import Request, design_badge
+from moireid.designer import Order, design_badge
 from moireid.errors import RegistryError
 from moireid.registry.checkpoints.cosignature import Quorum
 
@@ -105,7 +105,7 @@ def test_a_verifier_learns_no_identity(
     monkeypatch.setenv("MOIREID_KEYS", str(tmp_path / "keys"))
     film = tiny_film(films / "genuine_1.0m.mp4", tmp_path / "film.mp4")
     twin, bo, look_alike = (
-        design_badge(Request(name), bytes([k]) * 8) for k, name in enumerate(("Bo", "Bo", "\u0412o"))
+        design_badge(Order(name, lens="50lpi"), bytes([k]) * 8) for k, name in enumerate(("Bo", "Bo", "\u0412o"))
     )
     secret = {str(one.id) for one in (ada, twin, bo, look_alike)}
     with studio(tmp_path, ada, twin, bo, look_alike) as visit:

@@ -27,7 +27,7 @@ from kit.webbing import OpenStudio, Visit, film_form
 from moireid.artwork.content import with_lines
 from moireid.asbuilt import AsBuilt
 from moireid.badge import Badge
-from moireid.designer import Request, design_badge
+from moireid.designer import Order, design_badge
 from moireid.simulate.cameras import camera_named
 from moireid.simulate.filming import film
 from moireid.simulate.motion import motion_named
@@ -158,7 +158,7 @@ def test_a_badge_with_all_that_it_can_wear_is_seen_before_and_after_it_is_made(p
 def test_namesakes_are_offered_by_the_line_below_their_name(page: Page, visit: Visit) -> None:
     """Catches: one suggestion for two people, ids in the place of lines, a suggestion that the claim does not take."""
     for line in ("Reporter", "Editor"):
-        badge = design_badge(Request("Ana Silva"), payload_for_name(f"Ana Silva {line}"))
+        badge = design_badge(Order("Ana Silva", lens="50lpi"), payload_for_name(f"Ana Silva {line}"))
         visit.studio.registry.enroll(with_lines(badge, [line]))
     for address in ("/verify", "/live", "/call", "/links", "/enroll"):
         page.goto(address)
@@ -196,7 +196,7 @@ def test_the_api_measures_and_keeps_only_when_it_is_told(
     visit: Visit, site: str, ada: Badge, capture: Path, measured: AsBuilt
 ) -> None:
     """Catches: figures that are kept unasked or of another film, jobs of one badge kept for another, films kept."""
-    other = design_badge(Request("Somebody Else"), payload_for_name("Somebody Else"))
+    other = design_badge(Order("Somebody Else", lens="50lpi"), payload_for_name("Somebody Else"))
     for badge in (ada, other):
         visit.studio.registry.enroll(badge)
     with httpx.Client(base_url=f"{site}/api/badges", timeout=60) as client:

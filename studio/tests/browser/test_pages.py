@@ -22,7 +22,7 @@ from kit.payloads import payload_for_name
 from kit.programs import needs
 from kit.webbing import badge_film, tiny_film
 from moireid.badge import Badge
-from moireid.designer import Request, design_badge
+from moireid.designer import Order, design_badge
 from moireid.registry import open_registry
 from moireid_studio.auth.tokens import Tokens
 
@@ -175,7 +175,7 @@ def test_without_script_the_same(served: tuple[str, str], browser: Browser, film
 def shown(ada: Badge, films: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     """Films by what is found in them: a badge that is enrolled, one that is not, and none."""
     folder = tmp_path_factory.mktemp("shown")
-    grace = design_badge(Request("Grace Hopper"), payload_for_name("Grace Hopper"))
+    grace = design_badge(Order("Grace Hopper", lens="50lpi"), payload_for_name("Grace Hopper"))
     return {
         "✓ Genuine, and Ada Lovelace's": badge_film(ada, folder / "ada.mp4"),
         "✗ Genuine, but held by no one in this registry": badge_film(grace, folder / "grace.mp4"),

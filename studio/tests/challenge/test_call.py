@@ -16,7 +16,7 @@ import pytest
 
 from kit.payloads import payload_for_name
 from moireid.badge import Badge
-from moireid.designer import Request, design_badge
+from moireid.designer import Order, design_badge
 from moireid.question import Question
 from moireid.verifier.picture import Frame
 from moireid_lab.bench.live import FACE_MM, Caller, PausingPlayer, answer, coded, course_of, frames, portrait
@@ -186,4 +186,4 @@ def test_a_film_that_is_paused_until_each_prompt_is_rejected(ada: Badge) -> None
 
 @pytest.fixture(scope="module")
 def ada() -> Badge:
-    return design_badge(Request("Ada Lovelace"), payload_for_name("Ada Lovelace"))
+    return design_badge(Order("Ada Lovelace", lens="50lpi"), payload_for_name("Ada Lovelace"))

@@ -11,7 +11,7 @@ import pytest
 from kit.payloads import payload_for_name
 from kit.webbing import Visit, badge_film, film_form, studio, tiny_film
 from moireid.badge import Badge
-from moireid.designer import Request, design_badge
+from moireid.designer import Order, design_badge
 
 
 def judged(visit: Visit, film: Path, **fields: str) -> str:
@@ -64,7 +64,7 @@ def test_another_s_badge_is_named_by_the_server_alone(
 ) -> None:
     """Catches: the claimed name for that of the badge that was read; a process of a film that is given that name."""
     monkeypatch.setenv("MOIREID_KEYS", str(tmp_path / "keys"))
-    sarah = design_badge(Request("Sarah Example"), payload_for_name("Sarah Example"))
+    sarah = design_badge(Order("Sarah Example", lens="50lpi"), payload_for_name("Sarah Example"))
     film = badge_film(ada, tmp_path / "ada.mp4")
     with studio(tmp_path, ada, sarah) as visit:
         page = judged(visit, film, claim="Sarah Example")

@@ -77,6 +77,6 @@ def test_the_identity_that_was_checked_is_the_one_that_is_printed(
         drawn.append(bytes([len(drawn) + 1]) * size)
         return drawn[-1]
 
-    monkeypatch.setattr("moireid.designer.drawn.random_payload", draw)
+    monkeypatch.setattr("moireid.issuing.random_payload", draw)
     outcome = printed("Ada", "--format", "a6", *(["--registry", registry] if kept else []), out=tmp_path / "a")
     assert [one.hex() for one in drawn] == [json.loads(outcome.stdout)["id"]]

@@ -27,22 +27,7 @@ def test_all_rows_are_checked_and_all_faults_listed_before_any_is_made(tmp_path:
     faults = [line for line in done.stderr.splitlines() if line.startswith("fault: ")]
     assert [fault.split()[2] for fault in faults] == ["3", "4", "5", "6"]
     assert "nothere.png" in faults[0] and "name is empty" in faults[1] and "'zz'" in faults[2] and "cells" in faults[3]
-    assert "4 rows of people.csv cannot be printed, and nothing was made" in done.stderr and "--skip-bad" in done.stderr
-
-
-def test_bad_rows_are_skipped_only_when_asked_and_by_name(tmp_path: Path) -> None:
-    """Catches: a row that is left out without a word, or with exit code 0; a good row that goes with it."""
-    url = str(tmp_path / "people.sqlite3")
-    done = printed(tmp_path, FAULTY, "--skip-bad", "--json", "--registry", url)
-    assert done.exit_code == 1, done.stderr
-    document = json.loads(done.stdout)
-    assert [one["name"] for one in document["people"]] == ["Ada", "Eve"]
-    assert [one["row"] for one in document["skipped"]] == [3, 4, 5, 6]
-    assert done.stderr.count("skipped: row ") == 4
-    listed = CliRunner().invoke(moireid, ["registry", "list", "--registry", url, "--json"])
-    assert {one["name"] for one in json.loads(listed.stdout)["badges"]} == {"Ada", "Eve"}
-    helped = CliRunner().invoke(moireid, ["print", "--help"]).stdout
-    assert "1: made without the rows that --skip-bad left out" in " ".join(helped.split())
+    assert "4 rows of people.csv cannot be printed, and nothing was made" in done.stderr
 
 
 def test_identities_that_someone_has_are_named_by_row_before_anything_is_made(tmp_path: Path) -> None:
@@ -61,25 +46,21 @@ def test_identities_that_someone_has_are_named_by_row_before_anything_is_made(tm
     assert done.exit_code == 2 and {path.name for path in folder.iterdir()} == {"people.csv"}
     faults = [line for line in done.stderr.splitlines() if line.startswith("fault: ")]
     assert len(faults) == 2 and "row 3" in faults[0] and "was revoked (lost)" in faults[0]
-    assert "row 4" in faults[1] and "is enrolled already, of 'Cy'" in faults[1] and "making badges" not in done.stderr
-    rest = printed(folder, text, "--registry", url, "--skip-bad", "--json")
-    assert rest.exit_code == 1, rest.stderr
-    document = json.loads(rest.stdout)
-    assert [one["name"] for one in document["people"]] == ["Ada", "Di"]
-    assert [one["row"] for one in document["skipped"]] == [3, 4]
+    assert "row 4" in faults[1] and "is held by 'Cy' already" in faults[1] and "making badges" not in done.stderr
+    rest = printed(folder, f"name,payload\nAda,{ids[0]}\nDi,\n", "--registry", url, "--json")
+    assert rest.exit_code == 0, rest.stderr
+    assert [one["name"] for one in json.loads(rest.stdout)["people"]] == ["Ada", "Di"]
 
 
-def test_a_good_list_skips_nothing_and_each_badge_has_a_moving_preview(tmp_path: Path) -> None:
-    """Catches: exit code 1 of --skip-bad itself; a folder of an event without what a single print gets."""
-    done = printed(tmp_path, "name\nAda\nEve\n", "--skip-bad", "--json")
+def test_each_badge_of_a_list_has_a_moving_preview(tmp_path: Path) -> None:
+    """Catches: a folder of an event without what a single print gets."""
+    done = printed(tmp_path, "name\nAda\nEve\n", "--json")
     document = json.loads(done.stdout)
-    assert done.exit_code == 0 and document["skipped"] == [] and document["notes"] == []
+    assert done.exit_code == 0 and document["notes"] == []
     alone = CliRunner().invoke(moireid, ["print", "Ada", "--out", str(tmp_path / "a"), "--mount", "none"])
     assert alone.exit_code == 0
     names = {path.name for path in (tmp_path / "a").iterdir()}
     assert all({path.name for path in Path(one["folder"]).iterdir()} == names for one in document["people"])
-    one = CliRunner().invoke(moireid, ["print", "Ada", "--out", str(tmp_path / "b"), "--skip-bad"])
-    assert one.exit_code == 2 and "--people" in one.stderr
 
 
 def test_unknown_columns_are_named_with_the_nearest_known_one(tmp_path: Path) -> None:

@@ -20,8 +20,8 @@ import pytest
 from kit.mounting import board_of, framed, sight_volume
 from kit.payloads import payload_for_name
 from moireid.badge import Badge
-from moireid.designer import Request, design_badge
-from moireid.designer.formats import FORMATS, in_format
+from moireid.designer import Order, design_badge
+from moireid.designer.formats import FORMATS
 from moireid.errors import FabricationError
 from moireid.fabrication.acrylic import drawings
 from moireid.fabrication.acrylic.contours import Contour
@@ -33,7 +33,7 @@ from moireid.fabrication.sight import sheet_rects
 @pytest.fixture(scope="module")
 def badge() -> Badge:
     """Ada's badge with its sheet 3 mm above the middle, so that a cover turned upside down does not fit."""
-    issued = design_badge(Request("Ada Lovelace"), payload_for_name("Ada Lovelace"))
+    issued = design_badge(Order("Ada Lovelace", lens="50lpi"), payload_for_name("Ada Lovelace"))
     x0, y0, x1, y1 = issued.gratings[0].rect_mm
     return replace(issued, gratings=(replace(issued.gratings[0], rect_mm=(x0, y0 - 3, x1, y1 - 3)),))
 
@@ -165,7 +165,7 @@ def test_register_keeps_page_and_lens_within_the_twist(plan: AcrylicPlan) -> Non
 
 def test_clearance_follows_the_board_or_is_refused(badge: Badge) -> None:
     """Catches: one clearance for all boards, and a loose one let through."""
-    small = design_badge(Request("A", size_mm=(60.0, 66.0), range_m=(0.6, 0.7)), payload_for_name("A"))
+    small = design_badge(Order("A", lens="50lpi", size_mm=(60.0, 66.0), range_m=(0.6, 0.7)), payload_for_name("A"))
     assert plan_acrylic(small).clearance_mm == 0.05 and plan_acrylic(small).twist_deg < 0.3
     assert plan_acrylic(board_of(badge, 300.0, 300.0)).clearance_mm == 0.15
     with pytest.raises(
@@ -193,7 +193,7 @@ def test_page_and_lens_are_clamped_without_air(plan: AcrylicPlan) -> None:
 @pytest.mark.parametrize("markers", ["squares", "frame"])
 def test_every_format_is_of_plates_that_shops_have(form: str, orientation: str, markers: str) -> None:
     """Catches: acrylic of 0.5, 0.8 or 1.5 mm, which few shops have; a format that no stack is made for."""
-    issued = design_badge(in_format(Request("Ada", markers=markers), form, orientation=orientation), bytes(8))
+    issued = design_badge(Order("Ada", markers=markers, format=form, orientation=orientation), bytes(8))
     if (form, orientation) == ("cr80", "landscape"):
         with pytest.raises(FabricationError, match="edges that hold page and lens are too short"):
             plan_acrylic(issued)
@@ -281,7 +281,7 @@ def test_fringes_and_markers_stay_in_sight_of_cover_and_screws(badge: Badge, pla
 
 def test_two_axes_have_two_sheets_that_meet(badge: Badge) -> None:
     """Catches: sheets cut to the striped fields, which no lip would reach, or one sheet for two directions."""
-    both = design_badge(Request("A", axes="xy", range_m=(0.5, 1.0)), payload_for_name("A"))
+    both = design_badge(Order("A", lens="50lpi", axes="xy", range_m=(0.5, 1.0)), payload_for_name("A"))
     left, right = sheet_rects(both)
     assert (left[0], right[2]) == (-73.0, 73.0)
     assert (left[2], right[0]) == pytest.approx((-0.05, 0.05))

@@ -15,7 +15,7 @@ import pypdfium2.raw as raw
 import pytest
 
 from moireid.badge import Badge
-from moireid.designer import Request, design_badge
+from moireid.designer import Order, design_badge
 from moireid.errors import FabricationError
 from moireid.fabrication.assembly.assembly_words import BuildPlan
 from moireid.fabrication.assembly.exploded import Part, plain_parts, prism
@@ -30,12 +30,12 @@ PT_PER_MM = 72 / 25.4
 
 @pytest.fixture(scope="module")
 def lens() -> Badge:
-    return design_badge(Request("Ada"), PAYLOAD)
+    return design_badge(Order("Ada", lens="50lpi"), PAYLOAD)
 
 
 @pytest.fixture(scope="module")
 def mask() -> Badge:
-    return design_badge(Request("Ada", front="mask", gap_mm=2.0), PAYLOAD)
+    return design_badge(Order("Ada", lens="50lpi", front="mask", lens_thickness_mm=2.0), PAYLOAD)
 
 
 def write(badge: Badge, mount: str, path: Path, figures: MountFigures | None = None) -> Parts:
@@ -132,7 +132,7 @@ def test_solids_are_drawn_from_where_the_view_says(lens: Badge) -> None:
 @pytest.mark.parametrize("size", [(146.0, 160.0), (120.0, 200.0)])
 def test_outlines_have_the_plans_proportions(size: tuple[float, float], tmp_path: Path) -> None:
     """Catches: a view of a standard badge, one stretched to the page, mirrored, or with thicknesses not to scale."""
-    badge = design_badge(Request("Ada", size_mm=size, range_m=(0.8, 2.0)), PAYLOAD)
+    badge = design_badge(Order("Ada", lens="50lpi", size_mm=size, range_m=(0.8, 2.0)), PAYLOAD)
     figures = MountFigures(acrylic=AcrylicProcess(base_mm=8.0))
     plan = write(badge, "lanyard", tmp_path / "a.pdf", figures).acrylic
     assert plan
@@ -160,7 +160,7 @@ def test_outlines_have_the_plans_proportions(size: tuple[float, float], tmp_path
 @pytest.mark.parametrize("paper", ["a4", "letter"])
 def test_nothing_leaves_the_page_or_meets_a_label(mount: str, paper: str, tmp_path: Path) -> None:
     """Catches: a part or label off the paper, labels over each other or over the drawing, a font not carried."""
-    badge = design_badge(Request("Ada", paper=paper, axes="xy"), PAYLOAD)
+    badge = design_badge(Order("Ada", lens="50lpi", paper=paper, axes="xy"), PAYLOAD)
     write(badge, mount, tmp_path / "a.pdf")
     document = pdfium.PdfDocument(tmp_path / "a.pdf")
     # List, steps and plate come before.

@@ -13,8 +13,9 @@ import pypdfium2.raw as raw
 import pytest
 
 from moireid.badge import Badge
-from moireid.designer import Request, design_badge
-from moireid.designer.formats import FORMATS, in_format
+from moireid.cli.printing.print_options import mount_figure
+from moireid.designer import Order, design_badge
+from moireid.designer.formats import FORMATS
 from moireid.fabrication.assembly import assembly_words
 from moireid.fabrication.assembly.assembly_words import BuildPlan
 from moireid.fabrication.assembly.guide import SheetPiece, _draw_steps, pieces, placed, write_assembly_pdf
@@ -28,7 +29,7 @@ PT_PER_MM = 72 / 25.4
 
 @pytest.fixture(scope="module")
 def badge() -> Badge:
-    return design_badge(Request("Ada Lovelace"), bytes(range(8)))
+    return design_badge(Order("Ada Lovelace", lens="50lpi"), bytes(range(8)))
 
 
 def text_of(path: Path) -> list[str]:
@@ -39,7 +40,7 @@ def text_of(path: Path) -> list[str]:
 
 
 def written(badge: Badge, path: Path, mount: str = "lanyard", maker: str = "command", *pairs: str) -> list[str]:
-    write_assembly_pdf(badge, path, mount=mount, maker=maker, figures=mount_figures(pairs))  # type: ignore[arg-type]
+    write_assembly_pdf(badge, path, mount=mount, maker=maker, figures=mount_figures(dict(map(mount_figure, pairs))))  # type: ignore[arg-type]
     return text_of(path)
 
 
@@ -55,7 +56,7 @@ def test_the_studio_s_sheet_has_no_command_in_it(badge: Badge, tmp_path: Path) -
 @pytest.mark.parametrize("name", ["A" * 200, "محمد بن سلمان", "W W " * 40])
 def test_no_word_leaves_the_page_or_lies_on_another(name: str, paper: str, tmp_path: Path) -> None:
     """Catches: a step more than the page holds, a long name off its edge, lines over each other."""
-    badge = design_badge(Request(name.strip(), axes="xy", paper=paper), bytes(8))
+    badge = design_badge(Order(name.strip(), lens="50lpi", axes="xy", paper=paper), bytes(8))
     written(badge, tmp_path / "a.pdf", "stand", "studio")
     document = pdfium.PdfDocument(tmp_path / "a.pdf")
     for number in (0, 1):
@@ -124,7 +125,7 @@ def dashed_mm(path: Path, number: int) -> list[np.ndarray]:
 @pytest.mark.parametrize("axes", ["x", "xy", "hex"])
 def test_the_plate_is_of_true_size_and_its_lenses_are_upright(axes: str, tmp_path: Path) -> None:
     """Catches: a plate fitted to the page, width and length exchanged, a piece that is missing or turned."""
-    badge = design_badge(Request("A", axes=axes, range_m=(0.8, 1.5)), bytes(8))
+    badge = design_badge(Order("A", lens="50lpi", axes=axes, range_m=(0.8, 1.5)), bytes(8))
     assembly_words = written(badge, tmp_path / "a.pdf", "none")[2]
     cut = [np.ptp(loop, axis=0) for loop in dashed_mm(tmp_path / "a.pdf", 2)]
     found = pieces(badge)
@@ -155,7 +156,7 @@ def test_any_rectangle_is_drawn_upright_and_pages_follow() -> None:
 @pytest.mark.parametrize("form", FORMATS)
 def test_every_piece_lies_whole_on_its_page(form: str, paper: str, tmp_path: Path) -> None:
     """Catches: a piece as wide as the paper, whose cutting line runs off it; landscape paper said to be upright."""
-    badge = design_badge(in_format(Request("A", paper=paper), form, orientation="landscape"), bytes(8))
+    badge = design_badge(Order("A", paper=paper, format=form, orientation="landscape"), bytes(8))
     texts = written(badge, tmp_path / "a.pdf", "none")
     document = pdfium.PdfDocument(tmp_path / "a.pdf")
     page = next(document[k] for k, text in enumerate(texts) if "in true size" in text)
@@ -170,7 +171,7 @@ def test_every_piece_lies_whole_on_its_page(form: str, paper: str, tmp_path: Pat
 @pytest.mark.parametrize("count", [8, 10])
 def test_no_step_runs_into_the_next(count: int) -> None:
     """Catches: words that reach down to the next heading where there are many steps."""
-    badge = design_badge(Request("A", axes="hex"), bytes(8))
+    badge = design_badge(Order("A", lens="50lpi", axes="hex"), bytes(8))
     figures = MountFigures()
     mount, plan = ("holder", plan_mount(badge, "holder", figures.printed)) if count == 10 else ("none", None)
     build = BuildPlan(badge, mount, None, figures, "command", plan)

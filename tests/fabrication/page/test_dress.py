@@ -19,9 +19,8 @@ from moireid.artwork.content import Artwork, with_lines
 from moireid.artwork.placing import Look
 from moireid.artwork.template import TEMPLATES, template_named
 from moireid.badge import Badge
-from moireid.designer import Request, design_badge
-from moireid.designer.formats import FORMATS, in_format, turned
-from moireid.designer.request import FringeBorder
+from moireid.designer import Order, design_badge
+from moireid.designer.formats import FORMATS, turned
 from moireid.errors import SpecError
 from moireid.fabrication.event import write_sheets_pdf
 from moireid.fabrication.page.marks import check_look, qr_rects
@@ -47,8 +46,8 @@ def dressed(template: str, folder: Path, name: str = "a7", orientation: str = "p
     Image.fromarray((255 * squares).astype(np.uint8)).save(folder / "face.png")
     look = Look(template_named(template), Artwork(folder / "logo.png", folder / "face.png", (0.5, 0.1, 0.3)), 3.0)
     side = look.template.side(*turned(FORMATS[name].size_mm, orientation))
-    wish = replace(Request("Ada Lovelace"), frame=FringeBorder(head=side.head, foot=side.foot))
-    badge = design_badge(in_format(wish, name, orientation=orientation), PAYLOAD)
+    order = Order("Ada Lovelace", format=name, orientation=orientation, head=side.head, foot=side.foot)
+    badge = design_badge(order, PAYLOAD)
     return with_lines(badge, ["Reporter", "Example News"]), look
 
 
@@ -127,7 +126,7 @@ def test_the_qr_code_says_the_identity_and_no_more(tmp_path: Path) -> None:
 
 def test_without_artwork_page_and_badge_are_as_before(tmp_path: Path) -> None:
     """Catches: a default that changed, so that badges that were issued could not be printed again."""
-    badge = design_badge(Request("Ada Lovelace", pattern="cells"), PAYLOAD)
+    badge = design_badge(Order("Ada Lovelace", lens="50lpi", pattern="cells"), PAYLOAD)
     write_badge_pdf(badge, tmp_path / "page.pdf")
     found = (hashlib.sha256(badge.to_json().encode()), hashlib.sha256(drawing(tmp_path / "page.pdf")))
     assert tuple(one.hexdigest()[:16] for one in found) == BEFORE

@@ -14,8 +14,7 @@ import pytest
 
 from moireid.artwork.placing import ArtPiece
 from moireid.badge import Badge
-from moireid.designer import Request, design_badge
-from moireid.designer.formats import in_format
+from moireid.designer import Order, design_badge
 from moireid.errors import FabricationError, SpecError
 from moireid.fabrication.event import folder_name, print_event
 from moireid.fabrication.page import lettering, preview
@@ -31,7 +30,7 @@ NOWHERE = "\U000e0f00\U0001f9ff"
 
 @pytest.fixture(scope="module")
 def badge() -> Badge:
-    return design_badge(Request("Ada Lovelace"), bytes(range(8)))
+    return design_badge(Order("Ada Lovelace", lens="50lpi"), bytes(range(8)))
 
 
 @pytest.fixture
@@ -130,7 +129,7 @@ def test_names_from_a_list_make_safe_and_distinct_folders(tmp_path: Path) -> Non
         "محمد",
         "😀",
     ]
-    base = Request("Somebody", size_mm=(60.0, 66.0), range_m=(0.3, 1.0))
+    base = Order("Somebody", lens="50lpi", size_mm=(60.0, 66.0), range_m=(0.3, 1.0))
     badges = [design_badge(replace(base, name=name), bytes([k + 1]) * 8) for k, name in enumerate(names)]
     event = print_event(badges[:3], tmp_path / "event")
     assert {path.name for path in tmp_path.iterdir()} == {"event"}
@@ -146,9 +145,9 @@ def test_the_same_name_gives_the_same_bytes_in_another_process(badge: Badge, tmp
     """Catches: a font or a layout that depends on the order of a set or of a folder's files."""
     code = (
         "import sys; from pathlib import Path; from dataclasses import replace\n"
-        "from moireid.designer import Request, design_badge\n"
+        "from moireid.designer import Order, design_badge\n"
         "from moireid.fabrication.page.pdf import write_badge_pdf\n"
-        "badge = replace(design_badge(Request('Ada Lovelace'), bytes(range(8))), name='محمد बि 山')\n"
+        "badge = replace(design_badge(Order('Ada Lovelace', lens='50lpi'), bytes(range(8))), name='محمد बि 山')\n"
         "write_badge_pdf(badge, Path(sys.argv[1]))\n"
     )
     for number, seed in enumerate("01"):
@@ -178,7 +177,7 @@ def test_signs_above_and_below_letters_stay_in_their_room(name: str) -> None:
 @pytest.mark.parametrize("form", ["cr80", "a7", "4x3in", "a6", "board"])
 def test_the_words_of_a_mask_s_page_keep_clear_of_its_lines(form: str, tmp_path: Path) -> None:
     """Catches: instructions that are printed on the film's lines, which spoils it."""
-    badge = design_badge(in_format(Request("Ada", front="mask"), form, orientation="landscape"), bytes(8))
+    badge = design_badge(Order("Ada", front="mask", format=form, orientation="landscape"), bytes(8))
     write_badge_pdf(badge, tmp_path / "a.pdf")
     document = pdfium.PdfDocument(tmp_path / "a.pdf")
     words, height = document[1].get_textpage(), document[1].get_height()

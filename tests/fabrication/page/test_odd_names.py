@@ -12,9 +12,8 @@ import pytest
 from moireid.artwork.content import Artwork, with_lines
 from moireid.artwork.placing import Look, pieces_of
 from moireid.artwork.template import TEMPLATES, template_named
-from moireid.designer import Request, design_badge
-from moireid.designer.formats import FORMATS, in_format, turned
-from moireid.designer.request import FringeBorder
+from moireid.designer import Order, design_badge
+from moireid.designer.formats import FORMATS, turned
 from moireid.fabrication.page.lettering import set_name
 from moireid.fabrication.page.page_words import set_words
 
@@ -31,8 +30,8 @@ def test_every_odd_name_is_set_whole_in_letters_that_can_be_read(template: str, 
     assert len(people) == 40
     look = Look(template_named(template), Artwork())
     side = look.template.side(*turned(FORMATS["a6"].size_mm, orientation))
-    wish = replace(Request("Ada"), frame=FringeBorder(head=side.head, foot=side.foot))
-    base = design_badge(in_format(wish, "a6", orientation=orientation), bytes(8))
+    order = Order("Ada", format="a6", orientation=orientation, head=side.head, foot=side.foot)
+    base = design_badge(order, bytes(8))
     shown = 0
     for person in people:
         badge = with_lines(replace(base, name=person["name"]), [person["line1"], person["line2"]])

@@ -19,7 +19,7 @@ import pytest
 
 from kit.drawn import PT_PER_MM, Drawn, geometry
 from moireid.badge import Badge, Cell, Grating, Rect
-from moireid.designer import Request, design_badge
+from moireid.designer import Order, design_badge
 from moireid.fabrication.page import pdf as page
 from moireid.fabrication.page import preview
 from moireid.fabrication.page.pdf import crop_marks, dark_lines
@@ -54,7 +54,7 @@ def found_markers(picture: np.ndarray, dictionary: str) -> dict[int, np.ndarray]
 def badge() -> Badge:
     # Plain vectors, whose geometry is the badge's own; what dots make of it is in test_dots.py, and lines that bend are
     # in test_smooth_page.py.
-    return design_badge(Request("Ada Lovelace", form="vector", pattern="cells"), PAYLOAD)
+    return design_badge(Order("Ada Lovelace", lens="50lpi", form="vector", pattern="cells"), PAYLOAD)
 
 
 @pytest.fixture(scope="module")
@@ -76,7 +76,7 @@ def board(request: pytest.FixtureRequest) -> Badge:
     if size is None:
         margin = 2 * design_module().PAPER_MARGIN_MM
         size = tuple(side - margin for side in {"a4": (210.0, 297.0), "letter": (215.9, 279.4)}[paper])
-    return design_badge(Request("Al", paper=paper, size_mm=size, range_m=(0.39, 0.4)), PAYLOAD)
+    return design_badge(Order("Al", lens="50lpi", paper=paper, size_mm=size, range_m=(0.39, 0.4)), PAYLOAD)
 
 
 def design_module():
@@ -334,7 +334,7 @@ def test_preview_shows_every_uniform_rows_beat_in_the_middle(family: str) -> Non
     Two routes: rays through lenticules here, the closed form there; the dark fringe is in the middle.
     """
     payload = PAYLOAD if family == "spacing" else PAYLOAD[:3]
-    badge = design_badge(Request("Ada", family=family), payload)
+    badge = design_badge(Order("Ada", lens="50lpi", code=family), payload)
     picture = np.array(preview.draw_preview(badge))
     code = badge.gratings[0].code
     assert code is not None

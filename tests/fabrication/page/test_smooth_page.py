@@ -12,7 +12,7 @@ from PIL import Image
 from kit.payloads import payload_for_name
 from kit.programs import needs
 from moireid.badge import Badge
-from moireid.designer import Request, design_badge
+from moireid.designer import Order, design_badge
 from moireid.fabrication.page.pdf import write_badge_pdf
 from moireid.smooth_lines import LineField
 
@@ -34,7 +34,7 @@ def raster(badge: Badge, folder: Path) -> np.ndarray:
 @pytest.mark.parametrize("form", ["dots", "vector"])
 def test_each_edge_is_within_half_a_dot_of_its_place(form, tmp_path):
     """Catches: stairs that are a row late; edges of a row's top instead of its middle; a form that is left straight."""
-    badge = design_badge(Request("Ada", pattern="silk", form=form), payload_for_name("Ada"))
+    badge = design_badge(Order("Ada", lens="50lpi", pattern="silk", form=form), payload_for_name("Ada"))
     ink, field = raster(badge, tmp_path), LineField(badge.gratings[0])
     worst, counted = [], 0
     for row in range(round((field.begin + 9) / DOT_MM), round((field.begin + 40) / DOT_MM), 97):

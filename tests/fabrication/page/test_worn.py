@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from moireid.badge import Badge
-from moireid.designer import Request, design_badge
+from moireid.designer import Order, design_badge
 from moireid.fabrication.page.preview import ABOVE_MM, LONGER_PX, PX_PER_MM, ROOM_MM, draw_worn
 
 
 @pytest.mark.parametrize("axes", ["x", "xy", "hex"])
 def test_all_fields_move_and_nothing_else(axes: str) -> None:
     """Catches: turned fields of which only an upright rectangle moves; words or markers that tremble."""
-    badge = design_badge(Request("Ada Lovelace", axes=axes), bytes(8))
+    badge = design_badge(Order("Ada Lovelace", lens="50lpi", axes=axes), bytes(8))
     frames = [np.asarray(frame.convert("L"), float) for frame in draw_worn(badge, frames=8)]
     moves = np.ptp(frames, axis=0)
     scale, inside = _scale(badge), np.zeros(moves.shape, bool)

@@ -22,7 +22,7 @@ import trimesh
 from kit.mounting import board_of, box, framed, sight_volume
 from kit.payloads import payload_for_name
 from moireid.badge import Badge
-from moireid.designer import Request, design_badge
+from moireid.designer import Order, design_badge
 from moireid.errors import FabricationError, SpecError
 from moireid.fabrication import solids
 from moireid.fabrication.printed import mount
@@ -37,7 +37,7 @@ TOUCH_MM3 = 0.01
 @pytest.fixture(scope="module")
 def badge() -> Badge:
     """Ada's badge with its sheet 3 mm above the middle, so that a mount turned upside down does not fit."""
-    issued = design_badge(Request("Ada Lovelace"), payload_for_name("Ada Lovelace"))
+    issued = design_badge(Order("Ada Lovelace", lens="50lpi"), payload_for_name("Ada Lovelace"))
     x0, y0, x1, y1 = issued.gratings[0].rect_mm
     return replace(issued, gratings=(replace(issued.gratings[0], rect_mm=(x0, y0 - 3, x1, y1 - 3)),))
 

@@ -15,8 +15,7 @@ import trimesh
 
 from kit.mounting import box, framed, sight_volume
 from moireid.badge import Badge
-from moireid.designer import Request, design_badge
-from moireid.designer.formats import in_format
+from moireid.designer import Order, design_badge
 from moireid.errors import FabricationError
 from moireid.fabrication import solids
 from moireid.fabrication.printed.mount import MountProcess, MountReport, plan_mount, write_mount
@@ -27,7 +26,7 @@ CARD_MM, LENS_MM, AIR_MM, BITE_MM = 0.3, 0.4572, 0.2, 0.55
 
 @pytest.fixture(scope="module")
 def badge() -> Badge:
-    return design_badge(in_format(Request("Ada Lovelace"), "cr80", orientation="landscape"), bytes(8))
+    return design_badge(Order("Ada Lovelace", format="cr80", orientation="landscape"), bytes(8))
 
 
 @pytest.fixture(scope="module")
@@ -127,7 +126,7 @@ def test_it_prints_as_it_lies_and_hangs_from_two_slots(report: MountReport) -> N
 @pytest.mark.parametrize("markers", ["squares", "frame"])
 def test_every_format_has_a_holder(form: str, orientation: str, markers: str) -> None:
     """Catches: noses that hide the markers or the coded frame of a format, catches that have no room."""
-    wish = in_format(Request("Ada Lovelace", markers=markers), form, orientation=orientation)
+    wish = Order("Ada Lovelace", markers=markers, format=form, orientation=orientation)
     plan, second = plan_mount(design_badge(wish, bytes(8)), "holder", MountProcess())
     assert second is None and len(plan.slots) == 2
 

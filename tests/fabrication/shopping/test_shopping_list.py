@@ -11,8 +11,8 @@ import pypdfium2 as pdfium
 import pytest
 
 from moireid.badge import Badge
-from moireid.designer import Request, design_badge
-from moireid.designer.formats import FORMATS, in_format
+from moireid.designer import Order, design_badge
+from moireid.designer.formats import FORMATS
 from moireid.errors import SpecError
 from moireid.fabrication.mount_parts import Parts, plan_parts
 from moireid.fabrication.printed.mount import KINDS
@@ -33,7 +33,7 @@ WITHOUT = Parts("none", None, MountFigures())
 @pytest.fixture(scope="module")
 def card() -> Badge:
     """A badge of card size on a sheet that is sold."""
-    return design_badge(in_format(Request("A"), "cr80", range_m=(0.3, 0.6)), bytes(8))
+    return design_badge(Order("A", format="cr80", range_m=(0.3, 0.6)), bytes(8))
 
 
 def listed(badge: Badge, parts: Parts, people: int, form: str | None = "cr80", spare: float = 0.05) -> ShoppingList:
@@ -67,7 +67,7 @@ def test_quantities_follow_from_the_badge_and_the_people(card: Badge) -> None:
 
 def test_lenses_of_two_fields_run_as_each_field_needs_them() -> None:
     """Catches: a piece whose lenses run across the field; a second field that gets no piece."""
-    badge = design_badge(Request("A", axes="xy", range_m=(0.8, 1.5)), bytes(8))
+    badge = design_badge(Order("A", lens="50lpi", axes="xy", range_m=(0.8, 1.5)), bytes(8))
     pieces = lens_pieces(badge, 1)
     assert {grating.axis for grating in badge.gratings} == {"x", "y"} and sum(piece.count for piece in pieces) == 2
     for grating in badge.gratings:
@@ -79,7 +79,7 @@ def test_lenses_of_two_fields_run_as_each_field_needs_them() -> None:
 
 def test_a_mask_takes_film_and_spacers() -> None:
     """Catches: a cutting plan for lens sheets that no one buys; a mask without its film."""
-    badge = design_badge(Request("A", front="mask", range_m=(0.8, 1.5)), bytes(8))
+    badge = design_badge(Order("A", lens="50lpi", front="mask", range_m=(0.8, 1.5)), bytes(8))
     found = listed(badge, WITHOUT, 10, form=None)
     assert found.cutting is None and amounts(found)["film"] == 11 and "lens-sheet" not in amounts(found)
     assert amounts(found)[f"spacer-{badge.lens.thickness_mm:g}mm"] == 11
@@ -100,7 +100,7 @@ def test_a_printed_mount_has_its_hours_and_grams(card: Badge) -> None:
 
 def test_an_acrylic_stack_lists_its_parts_and_screws() -> None:
     """Catches: plates of one thickness counted once for all three; screws for one badge."""
-    badge = design_badge(in_format(Request("A"), "a6", lens="40lpi-2mm", range_m=(0.4, 1.0)), bytes(8))
+    badge = design_badge(Order("A", format="a6", lens="40lpi-2mm", range_m=(0.4, 1.0)), bytes(8))
     parts = replace(plan_parts(badge, "lanyard"), printed="none")
     assert parts.acrylic is not None
     found = shopping_list(badge, parts, 10, (297.0, 210.0), form="a6", spare_share=0.05)

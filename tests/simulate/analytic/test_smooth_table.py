@@ -7,7 +7,7 @@ import pytest
 
 from kit.payloads import payload_for_name
 from kit.seen_gratings import instant
-from moireid.designer import Request, design_badge
+from moireid.designer import Order, design_badge
 from moireid.simulate.analytic.analytic_renderer import AnalyticRenderer
 from moireid.simulate.analytic.traced_page import cell_table, printed_scales
 from moireid.simulate.cameras import Camera
@@ -21,7 +21,9 @@ BUILD = Build(print_scale=1.004)
 @pytest.fixture(scope="module", params=["x", "xy"])
 def scene(request) -> Scene:
     return Scene(
-        design_badge(Request("Ada", axes=request.param, pattern="silk"), payload_for_name("Ada")), BUILD, Camera()
+        design_badge(Order("Ada", lens="50lpi", axes=request.param, pattern="silk"), payload_for_name("Ada")),
+        BUILD,
+        Camera(),
     )
 
 

@@ -27,7 +27,7 @@ import pytest
 from kit.payloads import payload_for_name
 from kit.rendered_frames import analytic_frame, beyond_law_rad, cut, pixels_of, seen_from, turn_rad
 from moireid.badge import Badge
-from moireid.designer import Request, design_badge
+from moireid.designer import Order, design_badge
 from moireid.simulate.analytic.analytic_renderer import BoardRadiance
 from moireid.simulate.light import LIGHTS, DiscLight
 from moireid.simulate.mitsuba.mitsuba_renderer import MitsubaRenderer
@@ -38,7 +38,7 @@ RUNS = 4
 
 @pytest.fixture(scope="module")
 def badge() -> Badge:
-    return design_badge(Request("Ada Lovelace"), payload_for_name("Ada Lovelace", family="pitch"))
+    return design_badge(Order("Ada Lovelace", lens="50lpi"), payload_for_name("Ada Lovelace", family="pitch"))
 
 
 def frames(scene: Scene, u: float, samples: int) -> tuple[list[BoardRadiance], BoardRadiance, float, list[float]]:

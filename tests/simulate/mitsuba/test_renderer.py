@@ -34,7 +34,7 @@ from kit.rendered_frames import (
     turn_rad,
 )
 from moireid.badge import Badge, Lens
-from moireid.designer import Request, design_badge
+from moireid.designer import Order, design_badge
 from moireid.errors import SpecError
 from moireid.lenticule import landing_mm
 from moireid.simulate.analytic.analytic_renderer import BoardRadiance
@@ -49,7 +49,7 @@ BUILT = Build(lens_offset_mm=0.13, twist_rad=math.radians(0.4), print_scale=1.00
 
 @pytest.fixture(scope="module")
 def badge() -> Badge:
-    return design_badge(Request("Ada Lovelace"), payload_for_name("Ada Lovelace", family="pitch"))
+    return design_badge(Order("Ada Lovelace", lens="50lpi"), payload_for_name("Ada Lovelace", family="pitch"))
 
 
 @pytest.fixture

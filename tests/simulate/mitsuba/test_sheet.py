@@ -9,7 +9,7 @@ import pytest
 
 from kit.payloads import payload_for_name
 from moireid.badge import Badge, Lens
-from moireid.designer import Request, design_badge
+from moireid.designer import Order, design_badge
 from moireid.simulate.cameras import Camera
 from moireid.simulate.mitsuba.mitsuba_renderer import MitsubaRenderer
 from moireid.simulate.mitsuba.sheet import front_strips
@@ -86,7 +86,7 @@ def test_one_renderer_shows_each_frame_as_a_new_one_would(prototype: Badge) -> N
 
 def test_a_badge_of_two_axes_is_rendered() -> None:
     """Catches: one lamp for two gratings, which Mitsuba refuses."""
-    badge = design_badge(Request("Two axes", axes="xy"), payload_for_name("Two axes"))
+    badge = design_badge(Order("Two axes", lens="50lpi", axes="xy"), payload_for_name("Two axes"))
     scene = Scene(badge, camera=Camera(width=160, height=120, focal_px=150.0))
     rendered = MitsubaRenderer(scene, samples=4, segments=2).render(seen_from(0.0, 0.0, -400.0))
     assert rendered is not None and np.ptp(rendered.radiance[rendered.coverage == 1]) > 0.5

@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 
 from moireid.asbuilt import AsBuilt
-from moireid.designer import Request, design_badge
+from moireid.designer import Order, design_badge
 from moireid.verifier.decision.judge import Invariant, judge_signals
 from moireid.verifier.decision.sheet_gain import SheetGain, as_built, designed, to_measure
 from moireid.verifier.fringes.grating_signal import DepthLaw, GratingSignal
 from moireid.verifier.limits import BUILT_GAIN_ROOM_SHARE, BUILT_GAIN_SDS, ENROLLED_GAINS
 
 TIMES = np.arange(240) / 30.0
-BADGE = design_badge(Request("Bench", lens="75lpi"), bytes.fromhex("0f5ac3962d784be1"))
+BADGE = design_badge(Order("Bench", lens="75lpi"), bytes.fromhex("0f5ac3962d784be1"))
 BUILT = AsBuilt(str(BADGE.id), -0.05, 1e-5, 0.0, 0.01, 0.0, 1e-4, 0.72, 0.007)
 
 

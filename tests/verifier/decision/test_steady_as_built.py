@@ -9,13 +9,13 @@ import pytest
 
 from kit.fringe_signals import clock, fringe_signal, lasting_noise, trajectory
 from moireid.asbuilt import AsBuilt
-from moireid.designer import Request, design_badge
+from moireid.designer import Order, design_badge
 from moireid.verifier.decision.judge import Invariant, judge_signals
 from moireid.verifier.decision.sheet_gain import SheetGain, as_built, designed
 from moireid.verifier.fringes.grating_signal import GratingSignal
 from moireid.verifier.limits import BUILT_GAIN_ROOM_SHARE, FORGED_GAINS
 
-BADGE = design_badge(Request("Bench", lens="75lpi"), bytes.fromhex("0f5ac3962d784be1"))
+BADGE = design_badge(Order("Bench", lens="75lpi"), bytes.fromhex("0f5ac3962d784be1"))
 UNKNOWN = designed(BADGE)
 KNOWN = as_built(BADGE, AsBuilt(str(BADGE.id), -0.05, 1e-5, 0.0, 0.01, 0.0, 1e-4, 1.0, 0.007))
 #: How far the phase constant may be from that at enrolment, rad.

@@ -16,7 +16,7 @@ import pytest
 from kit.numeric_films import FOCAL, FRAMES, TYPICAL, Building, filmed
 from kit.payloads import payload_for_name
 from moireid.badge import Badge
-from moireid.designer import Request, design_badge, payload_from_hex
+from moireid.designer import Order, design_badge, payload_from_hex
 from moireid.idcodes.words import MAX_TRIES
 from moireid.question import KnownCamera
 from moireid.verifier.fringes.signals import measure
@@ -36,13 +36,13 @@ def judged(track: Track, layout: Badge, claimed_id: str | None = None) -> Identi
 @pytest.fixture(scope="module")
 def other() -> Badge:
     """Somebody else's badge of the same layout."""
-    return design_badge(Request("Grace Hopper"), payload_from_hex("0f5ac3962d784be1"))
+    return design_badge(Order("Grace Hopper", lens="50lpi"), payload_from_hex("0f5ac3962d784be1"))
 
 
 @pytest.fixture(scope="module")
 def bands() -> Badge:
     """A badge of the pitch family: 24 bits in ten bands."""
-    return design_badge(Request("Ada", family="pitch"), payload_for_name("Ada", family="pitch"))
+    return design_badge(Order("Ada", lens="50lpi", code="pitch"), payload_for_name("Ada", family="pitch"))
 
 
 @pytest.fixture(scope="module")
@@ -142,7 +142,7 @@ def test_only_the_layout_of_the_claimed_badge_is_looked_at(ada, ada_track):
 def test_a_long_payload_and_both_axes_are_read_too():
     """Catches: a length that is fixed at 64 bits; a second grating's cells read along the first one's axis."""
     payload = payload_from_hex("00112233445566778899aabbccddeeff")
-    for request in (Request("Long"), Request("Both", axes="xy", size_mm=(186.0, 200.0))):
+    for request in (Order("Long", lens="50lpi"), Order("Both", lens="50lpi", axes="xy", size_mm=(186.0, 200.0))):
         badge = design_badge(request, payload)
         assert {grating.axis for grating in badge.gratings} == set(request.axes)
         outcome = judged(filmed(badge, TYPICAL), badge, badge.id)
@@ -171,7 +171,9 @@ def test_a_damaged_row_is_mended_and_counted(ada, ada_track):
 @pytest.mark.parametrize("degrees", [-1.3, -0.33, -0.2, 0.24, 0.33, 0.8, 1.5])
 def test_a_twist_that_evenly_lying_rows_cannot_tell_is_told_by_the_code(degrees):
     """Catches: the wrong one of two twists a turn from row to row apart: then whole rows of symbols are wrong."""
-    badge = design_badge(Request("Even", size_mm=(150.0, 170.0)), payload_from_hex("00112233445566778899aabbccddeeff"))
+    badge = design_badge(
+        Order("Even", lens="50lpi", size_mm=(150.0, 170.0)), payload_from_hex("00112233445566778899aabbccddeeff")
+    )
     twist = 2 * math.pi * math.tan(math.radians(degrees)) / badge.lens.pitch_mm
     track = filmed(badge, Building(scale=1.001, offset_rad=1.0, twist_rad_per_mm=twist))
     measurement = measure(track, camera=KnownCamera(FOCAL))
@@ -263,7 +265,7 @@ def test_bands_match_and_tell_another_s(bands):
     track = filmed(bands, TYPICAL)
     outcome = judged(track, bands, bands.id)
     assert (outcome.verdict, outcome.decoded_id) == ("match", bands.id) and outcome.score > 0.8
-    another = design_badge(Request("Grace", family="pitch"), payload_from_hex("0f5ac3", family="pitch"))
+    another = design_badge(Order("Grace", lens="50lpi", code="pitch"), payload_from_hex("0f5ac3", family="pitch"))
     outcome = judged(track, another, another.id)
     assert (outcome.verdict, outcome.decoded_id) == ("mismatch", bands.id)
 

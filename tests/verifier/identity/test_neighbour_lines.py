@@ -10,7 +10,7 @@ import pytest
 from kit.numeric_films import Building, filmed
 from kit.payloads import payload_for_name
 from moireid.badge import Badge
-from moireid.designer import Request, design_badge
+from moireid.designer import Order, design_badge
 from moireid.frames import own_rect
 from moireid.idcodes.spacing import PHASE_LEVELS, true_phases_rad
 from moireid.question import KnownCamera
@@ -23,7 +23,7 @@ from moireid.verifier.tracking.track import Track
 
 @pytest.fixture(scope="module")
 def silk() -> Badge:
-    return design_badge(Request("Ada", pattern="silk"), payload_for_name("Ada"))
+    return design_badge(Order("Ada", lens="50lpi", pattern="silk"), payload_for_name("Ada"))
 
 
 @pytest.fixture(scope="module")

@@ -9,7 +9,7 @@ import pytest
 
 from kit.numeric_films import FOCAL, Building, filmed
 from moireid.badge import Badge
-from moireid.designer import Request, design_badge, payload_from_hex
+from moireid.designer import Order, design_badge, payload_from_hex
 from moireid.question import KnownCamera
 from moireid.verifier.decision.judge import judge_signals
 from moireid.verifier.fringes.signals import measure
@@ -18,7 +18,7 @@ from moireid.verifier.identity.decode import Identity, judge_identity
 
 @pytest.fixture(scope="module")
 def board() -> Badge:
-    return design_badge(Request("Ada", lens="62lpi-27mil"), payload_from_hex("0123456789abcdef"))
+    return design_badge(Order("Ada", lens="62lpi-27mil"), payload_from_hex("0123456789abcdef"))
 
 
 def judged(badge: Badge, built: Building) -> tuple[Identity, str]:

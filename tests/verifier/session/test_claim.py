@@ -8,7 +8,7 @@ import pytest
 
 from moireid.asbuilt import AsBuilt
 from moireid.badge import Badge
-from moireid.designer import Request, design_badge
+from moireid.designer import Order, design_badge
 from moireid.errors import SpecError
 from moireid.provenance import FROM_FILE, Provenance
 from moireid.question import Question
@@ -25,7 +25,7 @@ def codes(claim: Question, identity: Identity = MATCH) -> dict[str, str]:
 
 @pytest.fixture(scope="module")
 def secret() -> Badge:
-    return design_badge(Request("Ada Lovelace"), bytes.fromhex("0123456789abcdef"))
+    return design_badge(Order("Ada Lovelace", lens="50lpi"), bytes.fromhex("0123456789abcdef"))
 
 
 @pytest.fixture(scope="module")

@@ -17,7 +17,7 @@ from kit.payloads import payload_for_name
 from kit.report_faults import faults
 from moireid.badge import Badge
 from moireid.cli.main import moireid as program
-from moireid.designer import Request, design_badge
+from moireid.designer import Order, design_badge
 from moireid.errors import MissingExtraError
 from moireid.question import Question
 from moireid.simulate.recording.encode import FilmWriter, recipe_for
@@ -48,7 +48,7 @@ def call(badge: Badge, *, frozen: bool = False) -> Iterator[Frame]:
 
 @pytest.fixture(scope="module")
 def badge() -> Badge:
-    return design_badge(Request("Ada Lovelace"), payload_for_name("Ada Lovelace"))
+    return design_badge(Order("Ada Lovelace", lens="50lpi"), payload_for_name("Ada Lovelace"))
 
 
 @pytest.fixture(scope="module")

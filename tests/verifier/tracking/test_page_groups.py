@@ -18,7 +18,7 @@ from kit.coded_films import written
 from kit.drawn_pages import MARKERS, draw, filmed, seen_from
 from kit.payloads import payload_for_name
 from moireid.badge import Badge
-from moireid.designer import Request, design_badge
+from moireid.designer import Order, design_badge
 from moireid.question import Question
 from moireid.simulate.filming import film
 from moireid.simulate.motion import Poses, motion_named
@@ -65,7 +65,7 @@ def frames_of(pictures, first: int = 0):
 
 @pytest.fixture(scope="module")
 def bob() -> Badge:
-    return design_badge(Request("Bob Noyce"), payload_for_name("Bob Noyce"))
+    return design_badge(Order("Bob Noyce", lens="50lpi"), payload_for_name("Bob Noyce"))
 
 
 @pytest.fixture(scope="module")
@@ -124,7 +124,7 @@ def test_each_of_two_badges_bears_out_its_own_claim(both, ada, bob):
 @pytest.mark.slow
 def test_a_stranger_s_claim_is_rejected_and_without_one_the_larger_is_judged(both, ada, bob):
     """Catches: a claim that no badge in view confirms left open, or confirmed by any badge."""
-    stranger = design_badge(Request("Eve Moneypenny"), payload_for_name("Eve Moneypenny"))
+    stranger = design_badge(Order("Eve Moneypenny", lens="50lpi"), payload_for_name("Eve Moneypenny"))
     report = verify(both, Question(stranger, stranger.id))
     assert report.verdict == "reject" and report.identity.verdict == "mismatch"
     report = verify(both, Question(ada))

@@ -14,7 +14,7 @@ import pytest
 
 import moireid as mo
 from kit.drawn_pages import HEIGHT, MARKERS, WIDTH, apart_px, corners_px, draw, filmed, nudged, seen_from
-from moireid.designer import Request, design_badge, payload_from_hex
+from moireid.designer import Order, design_badge, payload_from_hex
 from moireid.verifier.kernel.page import Points, values_at
 from moireid.verifier.picture import as_picture
 from moireid.verifier.tracking import print_template
@@ -346,7 +346,7 @@ def corners_page(markers):
 @pytest.mark.parametrize("fiducial", ["squares", "frame"])
 def test_a_template_is_the_blurred_print(fiducial: str, px_per_mm: float) -> None:
     """Catches: a row or column of the print left out, a blur along the wrong axis, gradients exchanged."""
-    badge = design_badge(Request("Ada", markers=fiducial), payload_from_hex("0123456789abcdef"))
+    badge = design_badge(Order("Ada", lens="50lpi", markers=fiducial), payload_from_hex("0123456789abcdef"))
     for patch in patches_of(badge.markers):
         pitch_mm, blur = 0.1 / px_per_mm, 0.8 * 10
         places = [(np.arange(240) - 119.5) * half / 100 for half in patch.half_mm]

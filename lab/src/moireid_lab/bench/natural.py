@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from moireid.designer import Request, design_badge
+from moireid.designer import Order, design_badge
 from moireid.simulate.motion import motion_named
 from moireid.simulate.scene import Build, Camera, Scene
 from moireid.verifier import Question, verify
@@ -139,7 +139,7 @@ def run_case(job: tuple[str, int, int]) -> dict[str, Any]:
     """One film of one case; the figures of all its parts."""
     name, seed, frames = job
     case = next(case for case in cases() if case.name == name)
-    badge = design_badge(Request("Bench"), PAYLOAD)
+    badge = design_badge(Order("Bench", lens="50lpi"), PAYLOAD)
     claim = Question(badge, badge.id)
     motion = motion_named(case.motion, distance_mm=1000 * case.distance_m, seed=seed)
     scene = Scene(badge, Build.typical(seed), CAMERA)

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from moireid.designer import Request, design_badge
+from moireid.designer import Order, design_badge
 from moireid.simulate.effects.table import KINDS, STRENGTHS, effect_named
 from moireid.simulate.motion import Motion, motion_named
 from moireid.simulate.scene import Build, Camera, Scene
@@ -84,7 +84,7 @@ def run_case(job: tuple[str, int, int]) -> dict[str, Any]:
     """One film of one case, judged."""
     name, seed, frames = job
     case = next(case for case in cases() if case.name == name)
-    badge = design_badge(Request("Bench"), PAYLOAD)
+    badge = design_badge(Order("Bench", lens="50lpi"), PAYLOAD)
     scene = Scene(badge, Build.typical(seed), CAMERA)
     how = {
         "forge": None if case.badge == TRUE else case.badge,

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 from moireid.badge import Badge, Rect
-from moireid.designer import Request, design_badge
+from moireid.designer import Order, design_badge
 from moireid.question import KnownCamera, Question
 from moireid.simulate.motion import motion_named
 from moireid.simulate.scene import Build, Camera, Scene
@@ -37,7 +37,7 @@ class StabilityCase:
     """
 
     name: str
-    request: Request = field(default_factory=lambda: Request("Bench"))
+    request: Order = field(default_factory=lambda: Order("Bench", lens="50lpi"))
     payload: bytes = PAYLOAD
     twist_deg: float = 0.1
     beat: float = 1.0
@@ -49,7 +49,10 @@ class StabilityCase:
 
 def cases() -> list[StabilityCase]:
     """All cases; each group begins with one that must be read."""
-    small, large = Request("Bench", size_mm=(96.0, 110.0), range_m=(0.5, 0.9)), Request("Bench", size_mm=(186.0, 273.0))
+    small, large = (
+        Order("Bench", lens="50lpi", size_mm=(96.0, 110.0), range_m=(0.5, 0.9)),
+        Order("Bench", lens="50lpi", size_mm=(186.0, 273.0)),
+    )
     return [
         *(
             StabilityCase(f"beat at {100 * share:g} % of the design", beat=share)
@@ -57,11 +60,13 @@ def cases() -> list[StabilityCase]:
         ),
         *(StabilityCase(f"twist {degrees:g} degrees", twist_deg=degrees) for degrees in (0.3, 0.45, 0.7, 1.5, 5.0)),
         *(
-            StabilityCase(f"twist 1.2 degrees, {axes}", Request("Bench", axes=axes, range_m=(0.8, 2.0)), twist_deg=1.2)
+            StabilityCase(
+                f"twist 1.2 degrees, {axes}", Order("Bench", lens="50lpi", axes=axes, range_m=(0.8, 2.0)), twist_deg=1.2
+            )
             for axes in ("xy", "hex")
         ),
         StabilityCase("smallest board, 0.7 m", small, distance_m=0.7),
-        StabilityCase("largest board", Request("Bench", size_mm=large.size_mm, range_m=(1.2, 2.5))),
+        StabilityCase("largest board", Order("Bench", lens="50lpi", size_mm=large.size_mm, range_m=(1.2, 2.5))),
         StabilityCase("quarter hidden, a corner", hidden=(0.0, 0.0, 0.5, 0.5)),
         StabilityCase("quarter hidden, the right edge", hidden=(0.75, 0.0, 1.0, 1.0)),
         StabilityCase("quarter hidden, the middle", hidden=(0.25, 0.25, 0.75, 0.75)),

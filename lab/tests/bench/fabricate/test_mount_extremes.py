@@ -18,7 +18,8 @@ import trimesh
 
 from kit.mounting import box, framed, sight_volume
 from moireid.badge import Badge
-from moireid.designer import Request, design_badge
+from moireid.cli.printing.print_options import mount_figure
+from moireid.designer import Order, design_badge
 from moireid.errors import FabricationError, MoireIdError
 from moireid.fabrication.mount_parts import plan_parts
 from moireid.fabrication.printed.mount import write_mount
@@ -97,7 +98,7 @@ def test_what_the_refusals_advise_does_work() -> None:
     assert not whole(replace(case_named("sheet 6 mm"), lens_mm=5.1))
     thick = case_named("spacer 6 mm", "mask")
     (gap,) = numbers(r"\) of ([\d.]+) mm or less", why(thick))
-    assert whole(replace(thick, request=replace(thick.request, gap_mm=gap)))
+    assert whole(replace(thick, request=replace(thick.request, lens_thickness_mm=gap)))
     for name in ("board 30x30 mm", "board 300x300 mm"):
         case = case_named(name)
         size = numbers(r"at (?:least|most) ([\d.]+) ?x ?([\d.]+)", why(case))
@@ -111,7 +112,7 @@ def test_what_the_refusals_advise_does_work() -> None:
 @pytest.mark.parametrize("kind", KINDS)
 def test_line_masks_have_every_mount(kind: str, gap_mm: float) -> None:
     """Catches: a lip or a stand's wall that hides a marker under a spacer; a film that has no room."""
-    parts = plan_parts(design_badge(Request("A", front="mask", gap_mm=gap_mm), bytes(8)), kind)
+    parts = plan_parts(design_badge(Order("A", lens="50lpi", front="mask", lens_thickness_mm=gap_mm), bytes(8)), kind)
     assert parts.printed == kind and parts.acrylic and not parts.left_out
     assert parts.acrylic.sheet_top == pytest.approx(0.3 + gap_mm + 0.1)
 
@@ -122,7 +123,7 @@ def test_line_masks_have_every_mount(kind: str, gap_mm: float) -> None:
 @pytest.fixture(scope="module")
 def thick() -> Badge:
     """A default badge under a sheet of 6 mm."""
-    badge = design_badge(Request("Thick"), bytes(8))
+    badge = design_badge(Order("Thick", lens="50lpi"), bytes(8))
     return replace(badge, lens=replace(badge.lens, thickness_mm=6.0, radius_mm=3.0))
 
 
@@ -182,12 +183,12 @@ def test_springs_stay_below_the_lips_that_were_drawn_back(thick: Badge, tray: An
 def test_figures_are_set_by_the_names_that_messages_give() -> None:
     """Catches: a figure that goes to the wrong workshop, a shared one that goes to one, insistence on what was not
     asked for."""
-    assert mount_figures([]) == MountFigures()
-    both = mount_figures(["card_mm=0.5"])
+    assert mount_figures({}) == MountFigures()
+    both = mount_figures({"card_mm": 0.5})
     assert both.printed.card_mm == both.acrylic.card_mm == 0.5 and not both.insisted
-    one = mount_figures(["acrylic.clearance_mm=0.1", "slot_mm=20x5", "wall_mm= 3"])
+    one = mount_figures({"acrylic.clearance_mm": 0.1, "slot_mm": (20, 5), "wall_mm": 3})
     assert (one.acrylic.clearance_mm, one.printed) == (0.1, MountProcess(slot_mm=(20.0, 5.0), wall_mm=3.0))
-    assert one.insisted == {"printed", "acrylic"} and mount_figures(["kerf_mm=0"]).insisted == {"acrylic"}
+    assert one.insisted == {"printed", "acrylic"} and mount_figures({"kerf_mm": 0}).insisted == {"acrylic"}
 
 
 @pytest.mark.slow
@@ -196,8 +197,9 @@ def test_figures_are_set_by_the_names_that_messages_give() -> None:
     [
         ("kerf=0.2", "is not known; give NAME=MM with one of .*kerf_mm"),
         ("printed.kerf_mm=0.2", "is not known"),
-        ("wall_mm", "is not known"),
-        ("wall_mm=thin", "is not understood; give a number of mm"),
+        ("wall_mm", "is not understood; give NAME=MM"),
+        ("wall_mm=thin", "is not understood; give NAME=MM"),
+        ("wall_mm=1x2", "is not understood; give a number of mm"),
         ("slot_mm=16", "is not understood; give width and height in mm such as 16x4"),
         ("kerf_mm=1e9", "kerf_mm=1e.09 is no laser's kerf, allowed is 0 to 1 mm"),
         ("kerf_mm=nan", "kerf_mm=nan"),
@@ -220,7 +222,7 @@ def test_figures_are_set_by_the_names_that_messages_give() -> None:
 def test_figures_that_cannot_be_are_named(pair: str, words: str, ada: Badge) -> None:
     """Catches: a traceback, a figure that is taken in silence, one that makes a useless mount."""
     with pytest.raises(MoireIdError, match=words):
-        plan_parts(ada, "clip", mount_figures([pair]))
+        plan_parts(ada, "clip", mount_figures(dict([mount_figure(pair)])))
 
 
 @pytest.mark.slow
@@ -230,14 +232,14 @@ def test_a_figure_of_its_own_is_an_order(ada: Badge) -> None:
     thin = replace(ada, lens=replace(ada.lens, thickness_mm=0.2, radius_mm=1.0))
     assert plan_parts(thin, "clip").files == ("mount.step", "mount.stl", "mount.3mf", "mount.glb")
     with pytest.raises(FabricationError, match="too thin for a frame"):
-        plan_parts(thin, "clip", mount_figures(["kerf_mm=0.1"]))
+        plan_parts(thin, "clip", mount_figures({"kerf_mm": 0.1}))
     # A hook needs a slot of 3 mm: the printed clip is left out, the stack is made.
     slotted = replace(MountFigures(), printed=MountProcess(slot_mm=(16.0, 2.0)))
     parts = plan_parts(ada, "clip", slotted)
     assert parts.printed == "none" and parts.files == ("acrylic.dxf", "acrylic.svg", "acrylic.step", "mount.glb")
     assert "slot_mm of 8x3" in parts.left_out["printed"]
     with pytest.raises(FabricationError, match="slot_mm of 8x3"):
-        plan_parts(ada, "clip", mount_figures(["slot_mm=16x2"]))
+        plan_parts(ada, "clip", mount_figures({"slot_mm": (16, 2)}))
     with pytest.raises(FabricationError, match=r"no mount can be made: printed, .* hook.*; in acrylic, .* too thin"):
         plan_parts(thin, "clip", slotted)
 
@@ -246,15 +248,15 @@ def test_a_figure_of_its_own_is_an_order(ada: Badge) -> None:
 @pytest.mark.parametrize("figure", ["wall_mm=1", "printed.lip_reach_mm=0.7"])
 def test_least_figures_make_sound_solids(figure: str, tmp_path: Path) -> None:
     """Catches: a chamfer that eats the corners of a thin wall, a spring that has no room below a short lip."""
-    badge = design_badge(Request("Fine", size_mm=(60.0, 66.0), range_m=(0.5, 0.7)), bytes(8))
-    report = write_mount(badge, tmp_path, process=mount_figures([figure]).printed)
+    badge = design_badge(Order("Fine", lens="50lpi", size_mm=(60.0, 66.0), range_m=(0.5, 0.7)), bytes(8))
+    report = write_mount(badge, tmp_path, process=mount_figures(dict([mount_figure(figure)])).printed)
     assert trimesh.load_mesh(report.stl).is_watertight
 
 
 @pytest.mark.slow
 def test_slot_narrows_with_the_board(tmp_path: Path) -> None:
     """Catches: a lanyard's tab wider than the board, or a board of 30 mm refused for a strap of 16 mm."""
-    badge = design_badge(Request("Tiny", size_mm=(30.0, 40.0), range_m=(0.3, 0.5)), bytes(8))
+    badge = design_badge(Order("Tiny", lens="50lpi", size_mm=(30.0, 40.0), range_m=(0.3, 0.5)), bytes(8))
     mesh = trimesh.load_mesh(write_mount(badge, tmp_path).stl)
     tray = manifold3d.Manifold(manifold3d.Mesh(mesh.vertices.astype(np.float32), mesh.faces.astype(np.uint32)))
     # 30 mm less ten walls next to the slot, and two rims and clearances more.

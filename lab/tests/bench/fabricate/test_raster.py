@@ -10,7 +10,7 @@ import pytest
 
 from kit.programs import needs
 from moireid.badge import Badge
-from moireid.designer import Request, design_badge
+from moireid.designer import Order, design_badge
 from moireid.errors import FabricationError
 from moireid.fabrication.page.pdf import write_badge_pdf
 from moireid_lab.bench.fabricate.painted import edge_errors, painted_figures
@@ -39,7 +39,7 @@ def test_the_identity_is_read_off_the_raster_alone(form, bits, axes, raster, rng
     lines shifted the wrong way; markers that a camera would not find."""
     payload = rng.bytes(bits // 8)
     size = (186.0, 200.0) if axes == "xy" else (146.0, 160.0)
-    wish = Request("Ada", printer_dpi=600, form=form, axes=axes, size_mm=size, range_m=(0.8, 1.5))
+    wish = Order("Ada", lens="50lpi", printer_dpi=600, form=form, axes=axes, size_mm=size, range_m=(0.8, 1.5))
     badge = design_badge(wish, payload)
     reading = read_page(page_of(badge, tmp_path, raster), without_lines(badge))
     assert reading is not None and reading.markers == (0, 1, 2, 3) and reading.marker_error_mm < 0.05
@@ -53,7 +53,7 @@ def test_bent_lines_are_read_and_hold_their_edges(axes, rng, tmp_path) -> None:
     """Catches: cells read where their neighbours bend them; edges compared with straight lines; lines bent elsewhere
     than badge.json says; rows of dots that are rounded together."""
     size = (186.0, 200.0) if axes == "xy" else (146.0, 160.0)
-    wish = Request("Ada", printer_dpi=600, axes=axes, size_mm=size, range_m=(0.8, 1.5), pattern="silk")
+    wish = Order("Ada", lens="50lpi", printer_dpi=600, axes=axes, size_mm=size, range_m=(0.8, 1.5), pattern="silk")
     badge = design_badge(wish, rng.bytes(8))
     page = page_of(badge, tmp_path)
     figures = painted_figures(page, badge)
@@ -65,14 +65,14 @@ def test_bent_lines_are_read_and_hold_their_edges(axes, rng, tmp_path) -> None:
 
 def test_the_pitch_family_is_read_too(rng, tmp_path) -> None:
     """Catches: beats of the wrong sign, bands read from below."""
-    badge = design_badge(Request("Ada", printer_dpi=600, family="pitch"), rng.bytes(3))
+    badge = design_badge(Order("Ada", lens="50lpi", printer_dpi=600, code="pitch"), rng.bytes(3))
     reading = read_page(page_of(badge, tmp_path), without_lines(badge))
     assert reading is not None and reading.found.payload is not None and reading.found.payload.hex() == badge.id
 
 
 def test_the_reader_knows_no_line(rng, tmp_path) -> None:
     """Catches: a reader that is given what it should read; a page that reads as the badge it is compared with."""
-    printed, other = (design_badge(Request("Ada", printer_dpi=600), rng.bytes(8)) for _ in range(2))
+    printed, other = (design_badge(Order("Ada", lens="50lpi", printer_dpi=600), rng.bytes(8)) for _ in range(2))
     known = without_lines(other)
     assert known == without_lines(printed) and known.id is None
     assert {(cell.pitch_mm, cell.edge_mm) for cell in known.gratings[0].cells} == {(0.508, 0.0)}
@@ -84,7 +84,7 @@ def test_the_reader_knows_no_line(rng, tmp_path) -> None:
 
 def test_a_page_without_markers_or_lines_reads_as_nothing(rng, tmp_path) -> None:
     """Catches: an identity made up from white paper; an exception where a marker is torn off."""
-    badge = design_badge(Request("Ada", printer_dpi=600), rng.bytes(8))
+    badge = design_badge(Order("Ada", lens="50lpi", printer_dpi=600), rng.bytes(8))
     page = page_of(badge, tmp_path)
     assert read_page(replace(page, packed=np.zeros_like(page.packed)), without_lines(badge)) is None
     torn = page.packed.copy()
@@ -108,7 +108,7 @@ def test_a_page_without_markers_or_lines_reads_as_nothing(rng, tmp_path) -> None
 )
 def test_each_form_holds_its_edges_as_its_docstring_says(form, raster, dots, tmp_path) -> None:
     """Catches: dots that no longer suit every raster; a plain vector that is off by more than what touching adds."""
-    badge = design_badge(Request("Ada", printer_dpi=600, form=form, pattern="cells"), bytes(range(8)))
+    badge = design_badge(Order("Ada", lens="50lpi", printer_dpi=600, form=form, pattern="cells"), bytes(range(8)))
     errors, pitches = edge_errors(page_of(badge, tmp_path, raster), badge)
     assert np.abs(errors).max() <= dots
     # Lines that are painted too wide are so on both sides: their centres, and so the pitch, stay.

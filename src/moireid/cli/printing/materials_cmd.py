@@ -20,7 +20,7 @@ from moireid.cli.common import (
     say,
     show_json,
 )
-from moireid.cli.printing.print_options import FORMATS
+from moireid.cli.printing.print_options import FORMATS, SIZE
 from moireid.errors import SpecError
 
 if TYPE_CHECKING:
@@ -61,7 +61,8 @@ WIDE = 100
 )
 @click.option(
     "--sheet-size",
-    "sheet_text",
+    "sheet_mm",
+    type=SIZE,
     show_default="210x297",
     metavar="WxH",
     help="Size of a lens sheet in mm: first across the lenses, then along them.",
@@ -77,7 +78,7 @@ def materials_command(
     lens: str | None,
     mount: str | None,
     spare_percent: float,
-    sheet_text: str | None,
+    sheet_mm: tuple[float, float] | None,
     folder: Path | None,
     overwrite: bool,
     as_json: bool,
@@ -102,10 +103,8 @@ def materials_command(
     if badge_file is not None and format_name is not None:
         raise SpecError("give one of --format and --badge")
     from moireid.badge import load_badge
-    from moireid.designer.request import parse_size_mm
     from moireid.shopping import list_for, usual_badge
 
-    sheet_mm = None if sheet_text is None else parse_size_mm(sheet_text)
     badge = load_badge(badge_file) if badge_file is not None else usual_badge(format_name or "", lens)
     count = 1 if people is None else people
     found = list_for(badge, count, mount=mount, spare_share=spare_percent / 100, sheet_mm=sheet_mm)

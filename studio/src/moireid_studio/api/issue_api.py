@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from typing import Annotated, Any, Literal
 
 from fastapi import APIRouter, Path, Request
@@ -17,7 +18,7 @@ from moireid_studio.auth.guard import Visitor, require
 from moireid_studio.checks import received
 from moireid_studio.forms import ShortRoute, picture_fields
 from moireid_studio.issue_jobs import file_of, keep, package_of, pictures_of, start_badge, start_capture
-from moireid_studio.jobs.orders import BadgeOrder, checked
+from moireid_studio.jobs.orders import VisitorOrder, checked
 from moireid_studio.pictures import at_hand, keep_pictures, read_picture
 from moireid_studio.problems import Refusal, plain, problem_responses
 from moireid_studio.studio import studio_of
@@ -83,7 +84,7 @@ class KeepOrder(BaseModel):
 
 
 @router.post("/check", responses=problem_responses(400, 413))
-def check(request: Request, order: BadgeOrder, visitor: Issuer) -> CheckAnswer:
+def check(request: Request, order: VisitorOrder, visitor: Issuer) -> CheckAnswer:
     """What would be made of an order: the badge, its link budget, and what could not be made.
 
     An identity that the order does not name is drawn; give the answer's `id` as `payload` to issue this very badge.
@@ -116,14 +117,14 @@ def check(request: Request, order: BadgeOrder, visitor: Issuer) -> CheckAnswer:
 
 
 @router.post("", status_code=202, responses=problem_responses(400, 413, 503))
-def issue(request: Request, order: BadgeOrder, visitor: Issuer) -> JobStatus:
+def issue(request: Request, order: VisitorOrder, visitor: Issuer) -> JobStatus:
     """Issue a badge and make its package: a job, whose end offers package.zip."""
     studio = studio_of(request)
     pictures = pictures_of(studio, order, visitor)
     # Checked now, so that a faulty order is refused before a job begins.
     with at_hand(pictures) as files:
         found = checked(order, studio.registry, files)
-    return status_of(start_badge(studio, order.of(found.plan.badge), visitor, pictures))
+    return status_of(start_badge(studio, replace(order, payload=found.plan.badge.id), visitor, pictures))
 
 
 @router.post(

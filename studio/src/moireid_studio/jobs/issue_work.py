@@ -18,16 +18,16 @@ from itertools import count
 from pathlib import Path
 from typing import Any
 
-from moireid.designer.people import parse_people
 from moireid.errors import SpecError
 from moireid.fabrication.package import print_badge
+from moireid.issuing import plan_badge
 from moireid.names import line_of
 from moireid.registry import Registry, open_registry
 from moireid.registry.keys import KEYS_VARIABLE, SIGNER_VARIABLE
 from moireid.registry.seen import SEEN_VARIABLE
 from moireid.sandbox.child import Talk
-from moireid_studio.jobs.lists import dress_people
-from moireid_studio.jobs.orders import BadgeOrder, Wish, plan_order
+from moireid_studio.jobs.lists import plan_list
+from moireid_studio.jobs.orders import ORDERS
 from moireid_studio.jobs.task import ORDER, PACKAGE, PEOPLE, Progress, Send, Task
 from moireid_studio.problems import plain
 from moireid_studio.store.stored_pictures import unpacked, written
@@ -44,14 +44,14 @@ def issue_badge(
     seen: str,
     actor: str,
 ) -> None:
-    """Make one badge's package, and issue the badge; `order_file` holds a `BadgeOrder`.
+    """Make one badge's package, and issue the badge; `order_file` holds a `VisitorOrder`.
 
-    Raises: as `orders.plan_order`, and FabricationError where a file fails its check.
+    Raises: as `plan_badge`, and FabricationError where a file fails its check.
     """
     content, pictures = _opened(order_file, ORDER)
-    order, folder, steps = BadgeOrder.model_validate_json(content), Path("badge"), count(1)
+    order, folder, steps = ORDERS.validate_json(content), Path("badge"), count(1)
     with _registry(registry_url, keys, signer, seen, actor) as registry:
-        made = plan_order(order, registry, pictures)
+        made = plan_badge(order.with_files(pictures), registry.by_id)
         most = len(made.files)
         printed = print_badge(
             made.badge,
@@ -83,7 +83,7 @@ def issue_event(
     progress: Progress,
     send: Send,
     *,
-    wish: dict[str, Any],
+    order: dict[str, Any],
     registry_url: str,
     keys: str,
     signer: str | None,
@@ -96,10 +96,10 @@ def issue_event(
     """
     from moireid.fabrication.event import print_event
 
-    wanted, folder = Wish.model_validate(wish), Path("event")
+    wanted, folder = ORDERS.validate_python(order), Path("event")
     content, pictures = _opened(people_file, PEOPLE)
     with _registry(registry_url, keys, signer, seen, actor) as registry:
-        rows = list(dress_people(parse_people(content).people, wanted, pictures, registry.by_id))
+        rows, _ = plan_list(content, wanted, registry, pictures)
         for row in rows:
             if row.fault is not None:
                 raise SpecError(row.fault)

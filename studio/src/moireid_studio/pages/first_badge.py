@@ -14,7 +14,7 @@ from fastapi.responses import FileResponse, RedirectResponse, Response
 from pydantic import BaseModel, Field
 
 from moireid.bringup.build_folder import BADGE_FILMS, CAMERA_FILM, SHEET_FILM, SHEET_PHOTO, Wish
-from moireid.designer.request import clean_name, parse_scale
+from moireid.designer.order import clean_name, parse_scale
 from moireid.errors import MoireIdError
 from moireid.sheets import DEFAULT_LENS, MM_PER_INCH, PRODUCTS
 from moireid_studio.auth.guard import Visitor, require

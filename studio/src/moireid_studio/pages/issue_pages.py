@@ -8,7 +8,7 @@ from __future__ import annotations
 import base64
 import io
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Request
@@ -20,13 +20,13 @@ from moireid.designer.list_table import decoded
 from moireid.designer.reach import verdict_reach_m
 from moireid.errors import MoireIdError, SpecError
 from moireid.fabrication.page.preview import draw_preview
-from moireid.issuing import IssuePlan
+from moireid.issuing import Package
 from moireid.names import line_of
 from moireid_studio.auth.guard import Visitor, require
 from moireid_studio.forms import Fields, picture_fields
 from moireid_studio.issue_jobs import MODELS, start_badge, start_event
 from moireid_studio.jobs.lists import FOR_ALL, MOST_AT_AN_EVENT, picture_key, understood
-from moireid_studio.jobs.orders import BadgeOrder, CheckedOrder, Wish, checked, read_fields
+from moireid_studio.jobs.orders import CheckedOrder, checked, read_order
 from moireid_studio.pages.home import render
 from moireid_studio.pictures import at_hand, keep_pictures, kept_pictures, read_pictures
 from moireid_studio.store.stored_pictures import StoredPicture
@@ -135,14 +135,14 @@ def _issue(request: Request, sent: Fields, visitor: Visitor) -> Response:
     chosen = _Chosen(studio, visitor, sent)
     try:
         chosen.read({what: what for what in OF_ONE})
-        order: BadgeOrder = read_fields(BadgeOrder, _texts(sent))
+        texts = _texts(sent)
         # What was drawn to be shown is what is issued then.
-        order = order if order.payload else order.model_copy(update={"payload": sent.texts.get("drawn", "")})
+        order = read_order(texts | {"payload": texts.get("payload", "").strip() or texts.get("drawn", "")})
         with at_hand(chosen.pictures) as files:
             found = checked(order, studio.registry, files)
             was_shown = found.to_read is None or sent.texts.get("acknowledged") == found.to_read
             if sent.texts.get("do") == "issue" and was_shown:
-                job = start_badge(studio, order.of(found.plan.badge), visitor, chosen.pictures)
+                job = start_badge(studio, replace(order, payload=found.plan.badge.id), visitor, chosen.pictures)
                 return RedirectResponse(f"/issue/jobs/{job.id}", 303)
             seen = _picture(found.plan)
     except MoireIdError as error:
@@ -155,7 +155,7 @@ def _issue(request: Request, sent: Fields, visitor: Visitor) -> Response:
     )
 
 
-def _picture(plan: IssuePlan) -> str:
+def _picture(plan: Package) -> str:
     """The badge with all that it wears, as the address of a picture."""
     made = io.BytesIO()
     picture = draw_preview(plan.badge, plan.look)
@@ -186,12 +186,12 @@ def _event(request: Request, sent: Fields, visitor: Visitor) -> Response:
             raise SpecError("no list was given; choose a file, or type a name on each line below a first line “name”")
         text = decoded(data)
         chosen.read({"logo": FOR_ALL, "pictures": None})
-        wish: Wish = read_fields(Wish, _texts(sent))
+        order = read_order(_texts(sent) | {"name": "Everybody", "payload": ""})
         with at_hand(chosen.pictures) as files:
-            found = understood(data, wish, studio.registry, files)
-        faults = sum(row["fault"] is not None for row in found.rows)
+            rows, notes = understood(data, order, studio.registry, files)
+        faults = sum(row["fault"] is not None for row in rows)
         if sent.texts.get("do") == "issue" and not faults:
-            job = start_event(studio, data, wish, visitor, chosen.pictures)
+            job = start_event(studio, data, order, visitor, chosen.pictures)
             return RedirectResponse(f"/issue/jobs/{job.id}", 303)
     except MoireIdError as error:
         problem = studio.sentence(error)
@@ -202,9 +202,9 @@ def _event(request: Request, sent: Fields, visitor: Visitor) -> Response:
         text,
         status=422 if faults else 200,
         chosen=chosen.shown(),
-        rows=found.rows,
+        rows=rows,
         faults=faults,
-        notes=found.notes,
+        notes=notes,
         sound=not faults,
     )
 

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from moireid.designer import Request, design_badge
+from moireid.designer import Order, design_badge
 from moireid.fabrication.page.pdf import write_badge_pdf
 from moireid.profiles import FORMS
 from moireid_lab.bench.bench_frame import Bench, Row, Wish
@@ -60,7 +60,7 @@ def page_figures(form: str, dpi: int, seed: int, count: int) -> dict[str, Any]:
         pdf = Path(folder) / "badge.pdf"
         for number in range(count):
             # 128 bits are smaller cells, which are read to 2.2 m.
-            request = Request("Bench", printer_dpi=dpi, form=form, range_m=(0.8, 2.0))
+            request = Order("Bench", lens="50lpi", printer_dpi=dpi, form=form, range_m=(0.8, 2.0))
             badge = design_badge(request, rng.bytes(8 * (1 + number % 2)))
             for _ in range(RUNS if number == 0 else 1):
                 clock = time.perf_counter()

@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import tempfile
 import time
-from collections.abc import Collection, Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 from moireid.badge import Badge, Lens
-from moireid.designer import Request, design_badge
+from moireid.designer import Order, design_badge
 from moireid.errors import MoireIdError
 from moireid.fabrication.mount_parts import Parts, plan_parts, write_parts
 from moireid.fabrication.process_figures import mount_figures
@@ -32,15 +32,15 @@ class MountCase:
     """One extreme: its name, the wish for a badge, the lens sheet's thickness where it is no label's, mount figures."""
 
     name: str
-    request: Request
+    request: Order
     lens_mm: float | None = None
-    figures: tuple[str, ...] = ()
+    figures: Mapping[str, float] = field(default_factory=dict)
 
 
 def cases() -> list[MountCase]:
     """Boards, sheets, spacers and kerfs at and beyond what can be made, for either front layer."""
     # The smallest board has room for two letters.
-    plain = Request("Ex")
+    plain = Order("Ex", lens="50lpi")
     found = []
     for front in ("lens", "mask"):
         base = replace(plain, front=front)
@@ -56,13 +56,15 @@ def cases() -> list[MountCase]:
             name = f"board {size[0]:g}x{size[1]:g} mm"
             found.append(MountCase(name, replace(base, size_mm=size, range_m=range_m)))
         for kerf in (0.0, 1.0, 5.0):
-            found.append(MountCase(f"kerf {kerf:g} mm", base, figures=(f"kerf_mm={kerf:g}",)))
+            found.append(MountCase(f"kerf {kerf:g} mm", base, figures={"kerf_mm": kerf}))
     # A thin sheet also has narrow lenses, so it needs a fine printer and a near camera.
     fine = replace(plain, printer_dpi=4800, range_m=(0.4, 1.2))
     found += [MountCase(f"sheet {lens_mm:g} mm", fine, lens_mm) for lens_mm in (0.2, 0.3)]
     found += [MountCase(f"sheet {lens_mm:g} mm", plain, lens_mm) for lens_mm in (2.5, 4.0, 6.0)]
     masks = replace(plain, front="mask")
-    found += [MountCase(f"spacer {gap:g} mm", replace(masks, gap_mm=gap)) for gap in (0.2, 0.5, 1.5, 3.0, 6.0)]
+    found += [
+        MountCase(f"spacer {gap:g} mm", replace(masks, lens_thickness_mm=gap)) for gap in (0.2, 0.5, 1.5, 3.0, 6.0)
+    ]
     return found
 
 
@@ -113,7 +115,7 @@ def planned_case(case: MountCase, kind: str) -> tuple[Badge, Parts]:
         request = case.request
         if case.lens_mm is not None:
             path = Path(folder) / "sheet.json"
-            nominal = lens_named(request.lens)
+            nominal = lens_named(str(request.lens))
             pitch_mm = min(nominal.pitch_mm, THIN_PITCH_SHARE * case.lens_mm)
             lens = Lens("lenticular", pitch_mm, case.lens_mm, nominal.refractive_index)
             save_lens_profile(LensProfile(case.name, lens, 1e-4), path)

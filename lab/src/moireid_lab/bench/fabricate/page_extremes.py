@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from moireid.badge import Badge
-from moireid.designer import Request, design_badge
+from moireid.designer import Order, design_badge
 from moireid.errors import DesignError, MoireIdError
 from moireid.fabrication.page.pdf import write_badge_pdf
 from moireid.profiles import Printer
@@ -36,13 +36,13 @@ class PageCase:
     """A wish, and the sheet that it is for where no label names it: pitch and thickness, mm."""
 
     name: str
-    request: Request = field(default_factory=lambda: Request("Al"))
+    request: Order = field(default_factory=lambda: Order("Al", lens="50lpi"))
     sheet_mm: tuple[float, float] | None = None
 
 
 def cases() -> list[PageCase]:
     """The table's rows, in its order."""
-    wish = Request("Al")
+    wish = Order("Al", lens="50lpi", range_m=(0.8, 2.5))
     found = [PageCase(f"{dpi} dpi", replace(wish, printer_dpi=dpi)) for dpi in (150, 300, 600, 1200, 2400, 4800)]
     found += [
         PageCase("badge of 30 x 30 mm", replace(wish, size_mm=(30.0, 30.0))),
@@ -126,7 +126,8 @@ def follow(case: PageCase, error: MoireIdError) -> PageCase:
         request = replace(request, size_mm=details["size_mm"])
     elif "near_m" in details:
         near, far = float(details["near_m"]), float(details["far_m"])
-        wanted = max(near, request.range_m[0]), min(far, request.range_m[1])
+        asked = request.range_m or (near, far)
+        wanted = max(near, asked[0]), min(far, asked[1])
         request = replace(request, range_m=wanted if wanted[0] <= wanted[1] else (near, far))
     sheet = case.sheet_mm
     if sheet and "most_pitch_mm" in details:
@@ -135,7 +136,7 @@ def follow(case: PageCase, error: MoireIdError) -> PageCase:
     return replace(case, request=request, sheet_mm=sheet)
 
 
-def _with_lens(case: PageCase, folder: Path) -> Request:
+def _with_lens(case: PageCase, folder: Path) -> Order:
     """The request with the sheet as a lens profile's file, which is not checked here but by who reads it."""
     if case.sheet_mm is None:
         return case.request
@@ -159,7 +160,7 @@ def _lens_for(printed_mm: float) -> float:
     with tempfile.TemporaryDirectory() as folder:
         for _ in range(6):
             # In vector form, which ignores the printer's dots: with dots, the wish may be refused.
-            wish = PageCase("", replace(Request("Al"), form="vector"), (lens_mm, 1.0))
+            wish = PageCase("", replace(Order("Al", lens="50lpi"), form="vector"), (lens_mm, 1.0))
             lens_mm *= printed_mm / design_badge(_with_lens(wish, Path(folder)), PAYLOAD).gratings[0].pitch_mm
     if not 0.5 < lens_mm / printed_mm < 1:
         raise DesignError(f"no lens sheet gives a printed pitch of {printed_mm:g} mm")
@@ -169,5 +170,6 @@ def _lens_for(printed_mm: float) -> float:
 def _in_words(case: PageCase) -> str:
     """The wish in words."""
     request, sheet = case.request, case.sheet_mm
-    words = f"{request.size_mm[0]:g}x{request.size_mm[1]:g} mm, {request.range_m[0]:g}-{request.range_m[1]:g} m"
+    (wide, high), (near, far) = request.size_mm or (146.0, 160.0), request.range_m or (0.8, 2.5)
+    words = f"{wide:g}x{high:g} mm, {near:g}-{far:g} m"
     return f"{words}, {request.printer_dpi} dpi" + (f", lens {sheet[0]:.4f} x {sheet[1]:g} mm" if sheet else "")

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from moireid.badge import Badge
-from moireid.designer import Request, design_badge
+from moireid.designer import Order, design_badge
 from moireid.simulate.scene import Build, Camera, Scene
 from moireid.verifier import Question, verify
 from moireid_lab.bench.bench_frame import Bench, Row, Wish, counted_verdicts, grouped, temporary_film
@@ -31,7 +31,7 @@ CAMERA = Camera(1280, 720, 1150.0)
 
 def badge_of(axes: str) -> Badge:
     """The badge that is filmed."""
-    return design_badge(Request("Bench", axes=axes), PAYLOAD)
+    return design_badge(Order("Bench", lens="50lpi", axes=axes), PAYLOAD)
 
 
 @contextmanager

@@ -57,7 +57,7 @@ def build_of(clip: Clip) -> Any:
 
 def read_clip(clip: Clip) -> dict[str, Any]:
     """Film the clip, read it back, and compare with what was printed; one row of figures."""
-    from moireid.designer import Request, design_badge
+    from moireid.designer import Order, design_badge
     from moireid.idcodes.spacing import true_phases_rad
     from moireid.question import KnownCamera, Question
     from moireid.simulate.motion import motion_named
@@ -67,7 +67,7 @@ def read_clip(clip: Clip) -> dict[str, Any]:
     from moireid.verifier.session.film import verify
     from moireid_lab.bench.bench_frame import temporary_film
 
-    badge = design_badge(Request("Bench", range_m=(0.8, 2.5)), clip.payload)
+    badge = design_badge(Order("Bench", lens="50lpi", range_m=(0.8, 2.5)), clip.payload)
     build = build_of(clip)
     scene = Scene(badge, build, Camera(WIDTH, HEIGHT, FOCAL_PX))
     motion = motion_named("sway", distance_mm=clip.distance_mm, seed=clip.motion_seed)

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.asbuilt import as_built_from_json
-from moireid.designer import Request, design_badge
+from moireid.designer import Order, design_badge
 from moireid.verifier.identity.compare_built import compare_built
 from moireid_lab.bench.bench_frame import Bench, Row, Wish, grouped
 from moireid_lab.bench.bench_plots import figure_of, plain
@@ -145,7 +145,7 @@ def built_counts(rows: list[Row]) -> dict[str, dict[str, int]]:
     for k, row in enumerate(by_kind.get(BUILT[0], [])):
         if row["as_built"] is None:
             continue
-        badge = design_badge(Request("Bench", range_m=(0.8, 2.5)), bytes.fromhex(row["payload"]))
+        badge = design_badge(Order("Bench", lens="50lpi", range_m=(0.8, 2.5)), bytes.fromhex(row["payload"]))
         enrolled = as_built_from_json(row["as_built"])
         for kind, count in counts.items():
             if by_kind[kind][k]["as_built"] is not None:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.badge import Badge
-from moireid.designer import Request, design_badge
+from moireid.designer import Order, design_badge
 from moireid.simulate.filming import film, truth_path
 from moireid.simulate.motion import motion_named
 from moireid.simulate.scene import Build, Camera, Scene
@@ -86,7 +86,7 @@ def shoot(kind: Kind, frames: int, seed: int, folder: Path) -> DecodedFilm:
     """Film with sensor and H.264, and decode; all frames are held in memory, 2 MB each, so that nothing but the
     verifier runs while it is timed.
     """
-    badge, camera = design_badge(Request("Bench"), PAYLOAD), Camera()
+    badge, camera = design_badge(Order("Bench", lens="50lpi"), PAYLOAD), Camera()
     video = folder / "film.mp4"
     motion = motion_named(kind.motion, distance_mm=1000 * kind.distance_m, seed=seed)
     film(

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from moireid.badge import Badge
-from moireid.designer import Request, design_badge
+from moireid.designer import Order, design_badge
 from moireid.errors import MoireIdError
 from moireid.simulate.filming import truth_path
 from moireid.simulate.motion import Motion, Poses, motion_named
@@ -155,7 +155,7 @@ def read_extreme(job: tuple[str, int]) -> dict[str, Any]:
     """Film one case and judge it; one row."""
     name, seed = job
     case = next(case for case in cases() if case.name == name)
-    badge = design_badge(Request("Bench"), PAYLOAD)
+    badge = design_badge(Order("Bench", lens="50lpi"), PAYLOAD)
     row: dict[str, Any] = {
         "extreme": case.name,
         "expected": case.expected,
