@@ -16,11 +16,10 @@ from moireid.errors import SpecError
 #: By suite: its benches, each by the name by which it also runs alone.
 SUITES: dict[str, dict[str, str]] = {
     "films": {
-        "natural": "moireid_lab.bench.natural",
+        "natural": "natural_films",
         "reality": "moireid_lab.bench.reality",
         "stability": "moireid_lab.bench.stability",
         "outside": "outside_films",
-        "natural-outside": "natural_films",
         "builds": "builds",
         "lenses": "any_lens",
         "half-real": "half_real",
@@ -47,7 +46,6 @@ SUITES: dict[str, dict[str, str]] = {
         "fabricate": "moireid_lab.bench.fabricate.fabricate_suite",
         "mounts": "mounts",
         "ink-growth": "ink_growth",
-        "artwork": "artwork",
     },
     "registry": {"registry": "registry_scale"},
     "paper": {"published": "moireid_lab.bench.published", "priors": "priors"},

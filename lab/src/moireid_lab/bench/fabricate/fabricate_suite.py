@@ -1,4 +1,4 @@
-"""The fabricate suite, with its table and plot.
+"""The fabricate suite, with its table.
 
 Error against run time of what is printed: pages by form and resolution.
 
@@ -20,7 +20,6 @@ from moireid.designer import Request, design_badge
 from moireid.fabrication.page.pdf import write_badge_pdf
 from moireid.profiles import FORMS
 from moireid_lab.bench.bench_frame import Bench, Row, Wish
-from moireid_lab.bench.bench_plots import figure_of, plain
 from moireid_lab.bench.fabricate.calibration import calibration_figures
 from moireid_lab.bench.fabricate.mount_extremes import BUILT, extremes, extremes_table
 from moireid_lab.bench.fabricate.mount_extremes import COLUMNS as EXTREME_COLUMNS
@@ -141,40 +140,4 @@ def _calibration(found: dict[str, Any]) -> str:
     )
 
 
-def plot(rows: list[Row]) -> Any:
-    """Edge error against resolution for each form of the page."""
-    figure = figure_of(5, 3.6)
-    axes = figure.add_subplot()
-    _plot_edges(axes, [row for row in rows if "form" in row])
-    plain(axes)
-    return figure
-
-
-def _plot_edges(axes: Any, pages: list[dict[str, Any]]) -> None:
-    """Worst edge of each form at each resolution, worse of the rasters of one bit, and greyed for the plain vector."""
-    styles = {
-        ("dots", False): ("o-", "#1f6fb2", "dots (default)"),
-        ("vector", False): ("^-", "#c2571a", "vector, one bit a dot"),
-        ("vector", True): ("v:", "#c2571a", "vector, greyed"),
-    }
-    for (form, grey), (line, colour, label) in styles.items():
-        places, worst = [], []
-        for row in pages:
-            rasters = ("poppler-grey",) if grey else ("poppler", "ghostscript")
-            seen = [row[raster]["worst_um"] for raster in rasters if raster in row]
-            if row["form"] == form and seen:
-                places.append(row["dpi"])
-                worst.append(max(seen))
-        # Forms lie on one another where all keep to half a dot, so the later ones are drawn open.
-        axes.loglog(places, worst, line, color=colour, label=label, mfc="none" if line != "o-" else colour, ms=8)
-    places = sorted({row["dpi"] for row in pages})
-    axes.loglog(places, [25400 / dpi / 2 for dpi in places], color="#8a97a6", lw=6, alpha=0.35, label="half a dot")
-    axes.set_xticks(places, [str(dpi) for dpi in places])
-    axes.set_yticks([5, 10, 20, 40], ["5", "10", "20", "40"])
-    axes.minorticks_off()
-    axes.set_xlabel("dots per inch")
-    axes.set_ylabel("worst edge off its place, um")
-    axes.legend(frameon=False, fontsize=8)
-
-
-BENCH = Bench(rows, COLUMNS, notes, table=table, plot=plot)
+BENCH = Bench(rows, COLUMNS, notes, table=table, plot=("dpi", "worst_um", "form", "raster"))

@@ -1,4 +1,4 @@
-"""The identity suite, with its table and plot: is the whole identity read, and is a copy recognised?
+"""The identity suite, with its table: is the whole identity read, and is a copy recognised?
 
 Error against run time of the identity stage comes from clips that are read as if they had ended earlier, by both
 decoders.  Each clip has another payload, another build within the stated tolerances and another motion: 8 s of swaying,
@@ -18,7 +18,6 @@ from moireid.asbuilt import as_built_from_json
 from moireid.designer import Request, design_badge
 from moireid.verifier.identity.compare_built import compare_built
 from moireid_lab.bench.bench_frame import Bench, Row, Wish, grouped
-from moireid_lab.bench.bench_plots import figure_of, plain
 from moireid_lab.bench.identity.clips import Clip, read_clip
 from moireid_lab.bench.identity.matching import matching_figures
 from moireid_lab.evaluation.statistics import interval
@@ -211,21 +210,4 @@ def _matching_lines(matching: dict[str, Any]) -> list[str]:
     return lines
 
 
-def plot(rows: list[Row]) -> Any:
-    """Scatter of the cells' phase against distance, with the point of confusion."""
-    figure = figure_of(6, 3.6)
-    axes = figure.add_subplot()
-    for bits, colour in ((64, "#1f6fb2"), (128, "#c2571a")):
-        own = {name: found for name, found in by_condition(rows).items() if name.startswith(f"{bits} ")}
-        metres = [float(name.split(", ")[1].removesuffix(" m")) for name in own]
-        rms = [_condition(name, found)["phase_rms_rad"] for name, found in own.items()]
-        axes.semilogy(metres, rms, "o-", color=colour, label=f"{bits} bits")
-    axes.axhline(3.14159 / 4, color="#8a97a6", linestyle=":", label="point of confusion")
-    axes.set_xlabel("distance, m")
-    axes.set_ylabel("phase error of a cell, rad (RMS)")
-    axes.legend(frameon=False)
-    plain(axes)
-    return figure
-
-
-BENCH = Bench(rows, COLUMNS, notes, table=table, plot=plot)
+BENCH = Bench(rows, COLUMNS, notes, table=table)

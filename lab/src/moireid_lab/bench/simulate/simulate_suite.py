@@ -1,4 +1,4 @@
-"""The simulate suite, with its table and plot.
+"""The simulate suite, with its table.
 
 Error against run time of the renderers, and both compared with an independent tracer (`reference`).
 
@@ -13,8 +13,6 @@ Phase is measured as in `simulate.analytic.accuracy`; the truth is the independe
 
 from __future__ import annotations
 
-import math
-import textwrap
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
@@ -28,8 +26,7 @@ from numpy.typing import NDArray
 from moireid.simulate.analytic.accuracy import Difference, PixelStrip, brightness, difference, estimate_error, strips_of
 from moireid.simulate.analytic.analytic_renderer import RAYS, AnalyticRenderer, BoardRadiance
 from moireid.simulate.scene import Camera, Instant, Scene
-from moireid_lab.bench.bench_frame import Bench, Row, Wish, grouped
-from moireid_lab.bench.bench_plots import error_against_time
+from moireid_lab.bench.bench_frame import Bench, Row, Wish
 from moireid_lab.bench.simulate import left_out
 from moireid_lab.bench.simulate.left_out import COLUMNS as LEFT_OUT
 from moireid_lab.bench.simulate.left_out import rms
@@ -263,20 +260,5 @@ def speed_sentence(rows: list[Row]) -> str:
     )
 
 
-def plot(rows: list[Row]) -> Any:
-    """Seconds a frame against phase error, and against image error, both log."""
-    work = sorted((row for row in work_of(rows) if row["phase_rad"]), key=lambda row: math.prod(row["setting"]))
-    figure = error_against_time(
-        {", ".join(key): own for key, own in grouped(work, "renderer", "camera").items()},
-        {
-            "phase error, rad (RMS)": lambda row: row["phase_rad"],
-            "brightness error, share of the contrast (RMS)": lambda row: row["image"],
-        },
-        lambda row: row["seconds"],
-        "seconds a frame",
-    )
-    figure.suptitle(textwrap.fill(speed_sentence(rows), 100), fontsize=9)
-    return figure
-
-
-BENCH = Bench(rows, COLUMNS, lambda rows: [speed_sentence(rows)], table=table, plot=plot)
+PLOT = ("phase_rad", "seconds", "renderer", "camera")
+BENCH = Bench(rows, COLUMNS, lambda rows: [speed_sentence(rows)], table=table, plot=PLOT)
