@@ -41,7 +41,7 @@ def plot_of(rows: Sequence[Row], columns: Sequence[str], keys: Sequence[str]) ->
 
 def _bars(names: list[str], counts: dict[str, list[int]]) -> Any:
     """One bar for each name, in parts."""
-    figure = figure_of(8, 0.18 * len(names) + 1)
+    figure = figure_of(8, 0.18 * len(names) + 1.5)
     axes, begins = figure.add_subplot(), np.zeros(len(names))
     for part, values in counts.items():
         axes.barh(range(len(names)), values, left=begins, color=COLOURS.get(part), label=part)

@@ -139,7 +139,8 @@ def moved() -> list[StabilityCase]:
     half_fringe_mm = 1400 * math.pi / 2 / SLOPE_RAD
 
     def of(name: str, motion: str | Motion = "sway", expected: Expected = "accept", **how: Any) -> StabilityCase:
-        return StabilityCase(name, expected, motion=motion, **{"camera": Camera(), "known": False} | how)
+        usual: dict[str, Any] = {"camera": Camera(), "known": False}
+        return StabilityCase(name, expected, motion=motion, **usual | how)
 
     return [
         of("frontal, slid 15 cm sideways", held(swing(0, 150, 0.4))),

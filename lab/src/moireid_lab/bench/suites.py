@@ -39,7 +39,6 @@ SUITES: dict[str, dict[str, str]] = {
         "simulate": "moireid_lab.bench.simulate.simulate_suite",
         "verify": "moireid_lab.bench.verify.verify_suite",
         "speed": "verify_speed",
-        "commands": "start_up",
     },
     "identity": {"identity": "moireid_lab.bench.identity.identity_suite"},
     "pages": {

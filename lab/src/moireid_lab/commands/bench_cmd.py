@@ -68,7 +68,7 @@ def bench_command(
     attacks    forgers, headlines, replayed, morphed, turned, laid-over, live,
                live-enrolment
     cost       error against run time, and processor time: simulate, verify,
-               speed, commands
+               speed
     identity   identities read, originals against copies, false matches
     pages      what is printed, read back: fabricate, mounts, ink-growth
     registry   claims and look-ups among many people
