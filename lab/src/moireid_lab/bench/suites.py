@@ -27,7 +27,6 @@ SUITES: dict[str, dict[str, str]] = {
     },
     "attacks": {
         "forgers": "moireid_lab.bench.forgers.forgers_suite",
-        "headlines": "headlines",
         "replayed": "replayed",
         "morphed": "morphed_photographs",
         "turned": "turned_photographs",

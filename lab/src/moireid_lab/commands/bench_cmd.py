@@ -65,7 +65,7 @@ def bench_command(
     \b
     films      true badges as people film and build them: natural, reality,
                stability, outside, builds, lenses, half-real, small-pages
-    attacks    forgers, headlines, replayed, morphed, turned, laid-over, live,
+    attacks    forgers, replayed, morphed, turned, laid-over, live,
                live-enrolment
     cost       error against run time, and processor time: simulate, verify,
                speed
