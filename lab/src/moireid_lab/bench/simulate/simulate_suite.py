@@ -6,7 +6,7 @@ against: on the eleven scenes, the analytic renderer's fringe phase and brightne
     up to 0.4 and at 60 degrees; and its own estimate of the error, compared with the true error at the usual setting.
 work: seconds a frame of the badge's region against RMS phase error, for each renderer, setting and resolution; medians
     and spreads of repeated runs, compile time and scene set-up apart.
-left out: the time saved in a frame by each thing left out; see `left_out`.
+What a scene does not need is left out, and `moireid simulate --explain` prints the time that it saves.
 
 Phase is measured as in `simulate.analytic.accuracy`; the truth is the independent tracer's at the same pixels.
 """
@@ -27,9 +27,6 @@ from moireid.simulate.analytic.accuracy import Difference, PixelStrip, brightnes
 from moireid.simulate.analytic.analytic_renderer import RAYS, AnalyticRenderer, BoardRadiance
 from moireid.simulate.scene import Camera, Instant, Scene
 from moireid_lab.bench.bench_frame import Bench, Row, Wish
-from moireid_lab.bench.simulate import left_out
-from moireid_lab.bench.simulate.left_out import COLUMNS as LEFT_OUT
-from moireid_lab.bench.simulate.left_out import rms
 from moireid_lab.bench.simulate.reference import Setup, trace_pixels
 from moireid_lab.bench.simulate.scenes import STEEP_TANGENT, TANGENTS, SceneSetting, eleven
 
@@ -57,13 +54,12 @@ class SceneTruth:
 
 
 def rows(wish: Wish) -> Iterator[Row]:
-    """Scenes against the outside tracer, error against run time, and what is left out of a scene."""
+    """Scenes against the outside tracer, and error against run time."""
     settings = eleven()
     for setting in settings:
         yield against_reference(setting, quick=wish.quick)
     for name in CAMERAS if not wish.quick else ("1080p",):
         yield from work_precision(replace(settings[0], camera=CAMERAS[name]), name, quick=wish.quick, seed=wish.seed)
-    yield from left_out.rows(wish.seed)
 
 
 def truth_of(setting: SceneSetting, tangent: float, *, per_grating: int = 1, budget: int = BUDGET) -> SceneTruth | None:
@@ -93,6 +89,12 @@ def truth_of(setting: SceneSetting, tangent: float, *, per_grating: int = 1, bud
         for strip in some
     ]
     return SceneTruth(instant, some, [one.radiance for one in traced], max(one.escaped for one in traced))
+
+
+def rms(figures: list[float | None]) -> float | None:
+    """Root mean square of the known figures; None if there are none."""
+    known = [figure for figure in figures if figure is not None]
+    return float(np.sqrt(np.mean(np.square(known)))) if known else None
 
 
 def error_of(picture: BoardRadiance, truth: SceneTruth, contrast: float) -> Difference:
@@ -231,16 +233,15 @@ COLUMNS |= {
 }
 COLUMNS |= {"usual": "usual.phase_rad >8.4f", "estimate": "estimate_rad >9.4f", "usual image": "usual.image >11.2%"}
 COLUMNS |= {"renderer": "<24", "camera": ">8", "setting": "set >10", "ms": ">9.2f", "least": ">8.2f"}
-COLUMNS |= {"spread": ">8.2f", "phase error": "phase_rad >11.4f", "image error": "image >11.2%"} | LEFT_OUT
+COLUMNS |= {"spread": ">8.2f", "phase error": "phase_rad >11.4f", "image error": "image >11.2%"}
 
 
 def table(rows: list[Row]) -> Iterator[Row]:
-    """The rows of all three parts."""
+    """The rows of both parts."""
     yield from (row for row in rows if "fine" in row)
     for row in work_of(rows):
         ms = {name: 1e3 * row[key] for name, key in zip(("ms", "least", "spread"), SECONDS, strict=True)}
         yield row | ms | {"set": " x ".join(map(str, row["setting"]))}
-    yield from left_out.table([row for row in rows if "what" in row])
 
 
 def work_of(rows: list[Row]) -> list[Row]:
