@@ -149,17 +149,11 @@ def notes(rows: list[Row]) -> Iterator[str]:
 
 def _matching_lines(matching: dict[str, Any]) -> list[str]:
     """The rates in sentences."""
-    acquired, scores, model = matching["failure_to_acquire"], matching["scores"], matching["model"]
+    acquired, model = matching["failure_to_acquire"], matching["model"]
     tails = ", ".join(f"{100 * tail['other_films']:.2f} % for {100 * tail['model']:g} %" for tail in model["tails"])
     lines = [
         f"failure to acquire: {acquired['failed']} of {acquired['films']} films "
         f"(at most {acquired['interval'][1]:.4f})",
-        f"scores, threshold {scores['threshold']:.3f} fixed on the other half of the films: "
-        f"FNMR {scores['fnmr']:.4f} (at most {scores['fnmr_interval'][1]:.4f}) of {scores['films']} films, "
-        f"FMR {scores['fmr']:.1e} (at most {scores['fmr_interval'][1]:.1e}) of {scores['comparisons']:,} comparisons, "
-        f"equal error rate {scores['equal_error_rate']:.1e}",
-        f"least score of the same badge {scores['genuine_least']:.3f}, greatest of others "
-        f"{scores['impostor_greatest']:.3f}",
         f"error model: Student's t of {model['freedom']:.1f} degrees, scale {model['scale_rad']:.4f} rad; beyond its "
         f"tails lie of other films: {tails}",
     ]
