@@ -1,8 +1,8 @@
 """False matches and non-matches, in the terms of ISO/IEC 19795-1.
 
-Films give readings: the phases of a badge's cells.  An error model is fitted to one half of them, and readings drawn from
-it are decoded, as in the verifier.  Readings of whole films of the other half show whether the model is right.  Since
-films are read without errors, both are repeated with larger phase errors, where decoding fails.
+Films give readings: the phases of a badge's cells.  An error model is fitted to one half of them, and readings drawn
+from it are decoded, as in the verifier.  Readings of whole films of the other half show whether the model is right.
+Since films are read without errors, both are repeated with larger phase errors, where decoding fails.
 """
 
 from __future__ import annotations
