@@ -7,10 +7,9 @@ import logging
 import threading
 import time
 from collections import Counter
-from collections.abc import Mapping
 from contextlib import ExitStack
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from starlette.requests import HTTPConnection
 
@@ -35,7 +34,6 @@ from moireid_studio.store.build_store import BuildStore
 from moireid_studio.store.database import database_of
 from moireid_studio.store.job import Job
 from moireid_studio.store.ledger import Ledger
-from moireid_studio.store.verdict_store import Verdicts
 
 if TYPE_CHECKING:
     from moireid.cli.witness_options import WitnessCheck
@@ -66,8 +64,6 @@ class Studio:
             self.tokens = Tokens(settings.data, settings.state)
             undo.callback(self.tokens.close)
             hold_folder(settings.data, undo)
-            self.verdicts = Verdicts(settings.data, settings.keep_verdicts_days, settings.state)
-            undo.callback(self.verdicts.close)
             self.links = Links(settings.data, settings.state)
             undo.callback(self.links.close)
             self.builds = BuildStore(settings.data.absolute() / "builds")
@@ -86,7 +82,6 @@ class Studio:
             Ledger(database, folder),
             settings.limits,
             self._prepared,
-            self.verdicts.note_job,
             registry=self.registry,
             metrics=self.metrics,
             cluster=cluster,
@@ -170,16 +165,6 @@ class Studio:
             # The audit reports that no witness has signed, and all else that it finds.
             logging.getLogger(__name__).error("%s", error)
             return []
-
-    def note_verdict(self, asked_by: str, kind: str, result: Mapping[str, Any], **about: Any) -> None:
-        """Write down a verdict that is given; about: film_sha256, claim, claim_source and the standing that was asked.
-
-        A verdict that cannot be written down is given all the same; the log of the server says so.
-        """
-        try:
-            self.verdicts.note_result(asked_by, kind, result, **about)
-        except RegistryError as error:
-            logging.getLogger(__name__).error("%s", error)
 
     def start(self) -> None:
         """Begin to work.  Raises: RegistryError where the database cannot be used."""

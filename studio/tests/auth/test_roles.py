@@ -51,8 +51,6 @@ ROLES = {
     "/metrics": {"monitor"},
     "/call": {"verifier"},
     "/links": {"verifier"},
-    "/verdicts": {"admin"},
-    "/api/verdicts": {"admin"},
 }
 
 

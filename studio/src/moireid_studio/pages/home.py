@@ -88,7 +88,6 @@ NAVIGATION = (
     Place(
         "/registry", "Registry", "Look up who holds which badge, revoke one, and audit the log.", ("issuer", "verifier")
     ),
-    Place("/verdicts", "Verdicts", "See which verdicts this studio gave, when, and who asked.", ("admin",)),
     Place("/help", "Help", "How to film, what a verdict says and does not say, and the API."),
 )
 
