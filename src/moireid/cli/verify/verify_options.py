@@ -102,7 +102,7 @@ OPTIONS = (
         type=click.Path(path_type=Path),
         multiple=True,
         help="Attach the receipt of a live check of the same person to the report, best one about this film; from a "
-        "one-time link of the studio, or watch --challenge --receipt. It is no part of the verdict. May be repeated.",
+        "one-time link of the studio. It is no part of the verdict. May be repeated.",
     ),
     click.option(
         "--pipeline",

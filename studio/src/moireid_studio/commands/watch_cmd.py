@@ -11,7 +11,6 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -19,14 +18,11 @@ import click
 from moireid.cli.common import (
     VERDICT_EXIT,
     FiniteRange,
-    actor_option,
     friendly,
-    overwrite_option,
     say,
     show_json,
 )
-from moireid.cli.enroll_cmd import check_replace, reason_option, replace_option
-from moireid.cli.verify.verify_cmd import asked_of, files_read, show_verdict
+from moireid.cli.verify.verify_cmd import asked_of, show_verdict
 from moireid.cli.verify.verify_options import (
     CLAIM_OPTIONS,
     ClaimWish,
@@ -35,7 +31,6 @@ from moireid.cli.verify.verify_options import (
     level_option,
     original_option,
 )
-from moireid.errors import SpecError
 from moireid_studio.commands.watch_display import json_line, live_display
 
 if TYPE_CHECKING:
@@ -71,28 +66,6 @@ OPTIONS = (
     ),
     original_option,
     level_option,
-    click.option(
-        "--enroll",
-        is_flag=True,
-        help="With --challenge: keep what an accepted check measured of the badge as its figures of enrolment, with "
-        "the note that it followed prompts. The registry must hold the badge.",
-    ),
-    replace_option,
-    reason_option,
-    actor_option,
-    click.option(
-        "--receipt",
-        "receipt_file",
-        type=click.Path(path_type=Path, dir_okay=False),
-        help="With --challenge: write here who was checked, when, and what came out, for moireid verify --live-check.",
-    ),
-    overwrite_option,
-    click.option(
-        "--about",
-        type=click.Path(path_type=Path, dir_okay=False, exists=True),
-        metavar="FILM",
-        help="With --receipt: the film that the person is asked about; the receipt names it by its SHA-256.",
-    ),
     focal_option,
     click.option(
         "--json",
@@ -113,13 +86,6 @@ class WatchWish(ClaimWish):
     cover_share: float
     require_original: bool | None
     level: CheckLevel
-    enroll: bool
-    replace: bool
-    reason: str | None
-    actor: str | None
-    receipt_file: Path | None
-    overwrite: bool
-    about: Path | None
     focal_px: float | None
     as_json: bool
 
@@ -154,57 +120,21 @@ def watch_command(**given: Any) -> None:
 
     Exit code of the last verdict: 0: accepted; 1: rejected; 3: inconclusive. 2: bad input, or no picture came.
     """
-    from moireid.verifier.report.live_receipt import film_asked
-    from moireid_studio.commands.watch_kept import check_enrollable, enroll, write_receipt
     from moireid_studio.watch.source import check_prompts, source_of
 
     wish = WatchWish(**given)
     check_claim(wish)
-    _check_kept(wish)
-    film = film_asked(wish.about) if wish.about is not None else None
-    if film is not None:
-        say(
-            f"about the film {film.name}: let the person follow the prompts only if it is theirs and they agree with it"
-        )
     source = source_of(wish.source)
     if wish.challenge:
         check_prompts(source)
     with asked_of(wish) as asked:
-        if wish.enroll:
-            check_enrollable(asked.found)
         document = _watched(wish, source, asked.found)
         known = asked.known(document, wish.claim)
-        figures = document.pop("as_built", None)
     if wish.as_json:
         show_json(document)
     else:
         _show(document, known, source)
-    if wish.receipt_file is not None:
-        write_receipt(wish.receipt_file, document, asked.found, film)
-    if wish.enroll:
-        measured = figures if document["challenged"] and document["verdict"] == "accept" else None
-        enroll(asked.found.badge, measured, wish.registry_url, wish.actor, wish.reason)
     sys.exit(VERDICT_EXIT[document["verdict"]])
-
-
-def _check_kept(wish: WatchWish) -> None:
-    """Raise SpecError where options for what is kept do not go together."""
-    from moireid.files import planned
-
-    check_replace(wish.replace, wish.reason, "--enroll", wish.enroll)
-    if wish.enroll and not wish.challenge:
-        raise SpecError("--enroll keeps what a live check measured; give --challenge too")
-    if wish.enroll and (wish.level == "enrolled" or wish.require_original is not None or wish.receipt_file is not None):
-        raise SpecError(
-            "--enroll measures figures, and compares the badge with none; leave out --level enrolled, "
-            "--require-original and --receipt, and make another check for these"
-        )
-    if wish.about is not None and wish.receipt_file is None:
-        raise SpecError("--about FILM is written into a receipt; give --receipt FILE too")
-    if wish.receipt_file is not None and not wish.challenge:
-        raise SpecError("--receipt is of a live check; give --challenge too")
-    if wish.receipt_file is not None:
-        planned([wish.receipt_file], overwrite=wish.overwrite, kept=[*files_read(wish), wish.about])
 
 
 def _watched(wish: WatchWish, source: Source, found: ClaimedBadge) -> dict[str, Any]:
@@ -216,9 +146,8 @@ def _watched(wish: WatchWish, source: Source, found: ClaimedBadge) -> dict[str, 
     from moireid_studio.watch.watching import watch
 
     prompts = draw_prompts(0.0) if wish.challenge else None
-    given = found.without_figures() if wish.enroll else found
     asked = {"focal_px": wish.focal_px, "require_original": wish.require_original, "cover_share": wish.cover_share}
-    claim = Claim.of(given, **asked, level=wish.level, enrolling=wish.enroll)
+    claim = Claim.of(found, **asked, level=wish.level)
     order = WatchOrder(source, claim, found.barred, prompts)
     with _stopped() as stop, nullcontext(json_line) if wish.as_json else live_display(source.shown) as show:
         document = watch(order, wish.seconds, stop, show)
