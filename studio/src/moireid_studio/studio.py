@@ -30,7 +30,6 @@ from moireid_studio.jobs.workers import Doer
 from moireid_studio.links import Links
 from moireid_studio.problems import Refusal, plain
 from moireid_studio.settings import Settings
-from moireid_studio.store.build_store import BuildStore
 from moireid_studio.store.database import database_of
 from moireid_studio.store.job import Job
 from moireid_studio.store.ledger import Ledger
@@ -66,7 +65,6 @@ class Studio:
             hold_folder(settings.data, undo)
             self.links = Links(settings.data, settings.state)
             undo.callback(self.links.close)
-            self.builds = BuildStore(settings.data.absolute() / "builds")
             self.jobs = self._jobs(undo)
             self._open = undo.pop_all()
 
@@ -90,11 +88,7 @@ class Studio:
 
     def _prepared(self, job: Job) -> PreparedJob:
         """What a job's process gets.  Raises: Refusal, RegistryError."""
-        if job.kind != "build":
-            return prepared(job, self.registry, self.settings.trust, lambda: self.for_children)
-        build = self.builds.find(job.wish["build"], job.owner)
-        given = {"place": str(build.work), "wish": job.wish["wish"], "record": job.wish["record"]}
-        return PreparedJob(given, write=(build.work,))
+        return prepared(job, self.registry, self.settings.trust, lambda: self.for_children)
 
     @property
     def for_children(self) -> dict[str, str | None]:

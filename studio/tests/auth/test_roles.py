@@ -32,7 +32,6 @@ OPEN = {
 ROLES = {
     "/issue": {"issuer"},
     "/enroll": {"issuer"},
-    "/first-badge": {"issuer"},
     "/api/badges": {"issuer"},
     "/registry": {"issuer", "verifier"},
     "/registry/audit": {"issuer"},

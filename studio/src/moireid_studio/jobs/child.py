@@ -62,7 +62,7 @@ def run_task(
     if task.kind in ORDERS:
         child = orders.fork(limits, task.folder)
     else:
-        child = films.fork(limits, task.folder, within=reach(write=[task.folder, *task.write]))
+        child = films.fork(limits, task.folder, within=reach(write=[task.folder]))
     try:
         child.send(task, wall_s)
         _listen(child, handle, wall_s, stopping)

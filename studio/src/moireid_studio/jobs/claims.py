@@ -8,7 +8,6 @@ from __future__ import annotations
 import secrets
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 from typing import Any
 
 from moireid.badge import Badge, badge_from_json
@@ -28,8 +27,7 @@ MOST_LAWS = 8
 @dataclass(frozen=True)
 class PreparedJob:
     """What a job's process gets: arguments of its kind of work; people: whom it may ask about, and how often; found:
-    the claimed badge, standing: of the registry, each None where there is none; write: folders that it may write to,
-    apart from the job's own.
+    the claimed badge, standing: of the registry, each None where there is none.
     """
 
     arguments: dict[str, Any] = field(default_factory=dict)
@@ -37,7 +35,6 @@ class PreparedJob:
     questions: int = 0
     found: ClaimedBadge | None = None
     standing: Standing | None = None
-    write: tuple[Path, ...] = ()
 
 
 def prepared(job: Job, registry: Registry, trust: str | None, maker: Callable[[], Mapping[str, Any]]) -> PreparedJob:

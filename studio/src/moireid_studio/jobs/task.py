@@ -33,16 +33,12 @@ Ask = Callable[[dict[str, Any]], Any]
 
 @dataclass(frozen=True)
 class Task:
-    """What to do (a key of `work.WORK`, or of `issue_work.WORK`), with the film of that name in its folder.
-
-    write: other folders that it may write to.
-    """
+    """What to do (a key of `work.WORK`, or of `issue_work.WORK`), with the film of that name in its folder."""
 
     kind: str
     folder: Path
     video: str
     arguments: dict[str, Any] = field(default_factory=dict)
-    write: tuple[Path, ...] = ()
 
 
 _ID, _PART = re.compile("[0-9a-f]{1,64}"), re.compile("[0-9a-f]{4}")

@@ -29,7 +29,6 @@ from moireid.verifier.session.capture import capture_as_built
 from moireid.verifier.session.claim import Claim
 from moireid.verifier.session.film import verify
 from moireid.verifier.session.identify import identify
-from moireid_studio.jobs.build_round import advance_build
 from moireid_studio.jobs.task import SIGNALS, Ask, Law, Progress, Send, Task
 
 
@@ -101,7 +100,6 @@ WORK: dict[str, Callable[..., None]] = {
     "verify": verify_film,
     "identify": identify_film,
     "capture": measure_capture,
-    "build": advance_build,
 }
 
 

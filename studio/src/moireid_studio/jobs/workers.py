@@ -130,7 +130,7 @@ class Doer:
         try:
             ready = patiently(lambda: self.prepare(job), stopping=stopping)
             _know(job, ready)
-            said, task = WorkerMessages(job, ready), Task(job.kind, job.folder, job.video, ready.arguments, ready.write)
+            said, task = WorkerMessages(job, ready), Task(job.kind, job.folder, job.video, ready.arguments)
             said.begin()
             handle = partial(self._handle, said)
             if self.cluster is not None and job.kind in JUDGED:

@@ -54,12 +54,6 @@ NAVIGATION = (
         "Enroll a badge",
     ),
     Place(
-        "/first-badge",
-        "First badge",
-        "Build your first badge step by step, and learn what your sheet, printer and camera are.",
-        ("issuer",),
-    ),
-    Place(
         "/verify",
         "Verify",
         "Drop a film, name the person, and read the verdict with its reasons.",
