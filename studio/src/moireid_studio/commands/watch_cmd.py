@@ -9,7 +9,7 @@ import signal
 import sys
 import threading
 from collections.abc import Iterator
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -31,7 +31,7 @@ from moireid.cli.verify.verify_options import (
     level_option,
     original_option,
 )
-from moireid_studio.commands.watch_display import json_line, live_display
+from moireid_studio.commands.watch_display import LiveLines, json_line
 
 if TYPE_CHECKING:
     from moireid.provenance import ClaimedBadge
@@ -149,8 +149,8 @@ def _watched(wish: WatchWish, source: Source, found: ClaimedBadge) -> dict[str, 
     asked = {"focal_px": wish.focal_px, "require_original": wish.require_original, "cover_share": wish.cover_share}
     claim = Claim.of(found, **asked, level=wish.level)
     order = WatchOrder(source, claim, found.barred, prompts)
-    with _stopped() as stop, nullcontext(json_line) if wish.as_json else live_display(source.shown) as show:
-        document = watch(order, wish.seconds, stop, show)
+    with _stopped() as stop:
+        document = watch(order, wish.seconds, stop, json_line if wish.as_json else LiveLines().show)
     sealed = tuple(document["sealed"])
     if (lacking := missing(sealed)) is not None:
         say(f"note: the process that read the stream {lacking}: this system has no means against that")
