@@ -12,8 +12,6 @@ The corpus (`golden_films.py`): the films of `tests/data`, badges on natural mot
 outside films of all formats, each forgery on four motions, boards that were built wrong, long lenses.
 `--signals` judges what `--keep` kept of each film (`tests/data/golden`): the signals, from which motion is judged
 again, and the other findings, identity among them, as they were.
-
-`--ablate CODE,CODE` prints, of the rows, which films each finding alone keeps from being accepted.
 """
 
 from __future__ import annotations
@@ -204,19 +202,6 @@ def is_forged(case: str) -> bool:
     return case.startswith(("forged-", "data-forged")) and not case.startswith("forged-true")
 
 
-def ablated(rows: Iterable[Row], codes: Sequence[str]) -> Iterator[str]:
-    """For each code, and all together: the films that nothing else keeps from being accepted."""
-    against = {row["case"]: set(re.findall(r"(\S+):(?:fail|undecided)", row["codes"])) for row in rows}
-    for own in (*([code] for code in codes), codes):
-        named = [case for case, why in against.items() if why & set(own)]
-        alone = [case for case in named if against[case] <= set(own)]
-        for kind in (True, False):
-            films = [case for case in alone if is_forged(case) == kind]
-            of = sum(is_forged(case) == kind for case in named)
-            words = f"{'+'.join(own)}: against {of} {'forged' if kind else 'honest'} films, alone {len(films)}"
-            yield " ".join([words, *films])
-
-
 def make(folder: Path, only: str, workers: int) -> None:
     """Make the films in a checkout of the pinned version."""
     source = folder / "source"
@@ -271,7 +256,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--gain", type=float, default=1e-6, help="what a gain may move by")
     parser.add_argument("--odds", type=float, default=1e-3, help="what odds may move by, powers of ten")
     parser.add_argument("--strength", type=int, default=LEAST_STRENGTH, metavar="N", help="what an acceptance needs")
-    parser.add_argument("--ablate", metavar="CODE,…", help="print which films these findings alone stop")
     given = parser.parse_args(arguments)
     if given.signals == (given.source is not None):
         parser.error("give a folder of films, a table of rows, or --signals")
@@ -282,13 +266,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
         SIGNALS if given.signals else given.source, given.only, given.workers, given.keep, given.strength
     )
     for forged in (False, True):
-        own = [row for row in rows if is_forged(row["case"]) == forged]
-        accepted = sum(row["verdict"] == "accept" for row in own)
-        print(f"{accepted} of {len(own)} {'forged' if forged else 'honest'} films accepted")
+        given_verdicts = [row["verdict"] for row in rows if is_forged(row["case"]) == forged]
+        words = ", ".join(f"{given_verdicts.count(one)} {one}" for one in ("accept", "inconclusive", "reject"))
+        print(f"{len(given_verdicts)} {'forged' if forged else 'honest'} films: {words}")
     if given.out:
         write_rows(rows, given.out)
-    if given.ablate:
-        print("\n".join(ablated(rows, given.ablate.split(","))))
     if not given.against:
         return 0
     found = list(moved(read_rows(given.against), rows, given.gain, given.odds))

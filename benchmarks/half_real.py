@@ -7,8 +7,7 @@ the light that the board's white squares show, with the camera's noise.  What is
 glare, stays in front of the badge.  So lens, hands, room and motion are real.  The clips are short and are played to
 and fro.
 
-Printed is, for each camera, from which angles it looks at the badge, with the lenses' third harmonic there as a share
-of that from the front; then, true and forged, the verdict, the gain with its error bar, how many frames were tracked,
+Printed is, for each camera, true and forged, the verdict, the gain with its error bar, how many frames were tracked,
 whether the identity was read, and the camera as estimated next to the true one.  With `--keep DIR` the films are kept.
 """
 
@@ -28,9 +27,8 @@ from numpy.typing import NDArray
 from outside.build import built
 from outside.camera import Camera
 from outside.film import Shoot, Tracer
-from outside.lens import through_cylinder
 from outside.motion import Course
-from outside.page import PAPER, Lens, load_page
+from outside.page import PAPER, load_page
 
 from moireid.badge import Badge, load_badge
 from moireid.verifier import Question, verify
@@ -50,8 +48,6 @@ BLUR_PX, NOISE, GAMMA = 0.6, 1.2, 2.2
 BEFORE_SHARE, BEFORE_PX = 0.35, 7
 #: Of a square in the board's own picture.
 PRINTED_PX = 40
-#: Over one lens.
-RAYS = 400
 
 
 @dataclass(frozen=True)
@@ -249,32 +245,6 @@ def write_film(tracer: BoardTracer, path: Path, seed: int) -> None:
         container.mux(stream.encode())
 
 
-def third_harmonic(lens: Lens, across: float, along: float) -> float:
-    """The third harmonic over the first of lines seen through one lens, as a share of that from the front.
-
-    Parameters: across, along: tangents of the view.  Source: `outside.lens`; evenly spaced rays of one pitch.
-    """
-
-    def ratio(across: float, along: float) -> float:
-        starts = (np.arange(RAYS) + 0.5) * lens.pitch_mm / RAYS
-        sheet = 0.0, lens.pitch_mm, lens.radius_mm, lens.thickness_mm, lens.index
-        landed, _, light = np.array([through_cylinder(start, across, along, *sheet) for start in starts]).T
-        first, third = (abs(light @ np.exp(2j * np.pi * h * landed / lens.pitch_mm)) for h in (1, 3))
-        return float(third / first)
-
-    return ratio(across, along) / ratio(0.0, 0.0)
-
-
-def describe_views(clip: list[BoardView], lens: Lens) -> str:
-    """Angles from which a camera looks at the badge, and the lenses' third harmonic there: 5, 50 and 95 % of frames."""
-    places = np.array([-view.turn.T @ view.place for view in clip])
-    tangents = places[:, :2] / -places[:, 2:]
-    angles = np.degrees(np.arctan(np.linalg.norm(tangents, axis=1)))
-    shares = [third_harmonic(lens, *tangent) for tangent in tangents]
-    words = ["/".join(f"{x:.{n}f}" for x in np.percentile(v, (5, 50, 95))) for v, n in ((angles, 0), (shares, 2))]
-    return f"from {words[0]} degrees off the front, third harmonic {words[1]}"
-
-
 def judged(path: Path, badge: Badge, camera: Webcam, known: KnownCamera | None = None) -> Row:
     """What becomes of one film, with the camera as solved next to the true one; known: its calibration, if given."""
     report = verify(path, Question(badge, badge.id, camera=known))
@@ -307,14 +277,13 @@ def calibrated(camera: Webcam, path: Path) -> KnownCamera:
 
 
 def rows(wish: Wish) -> Iterator[Row]:
-    """A row on the views of each camera, and one for each film."""
+    """One row a film."""
     with wish.kept_folder() as name:
         kept, data = prepared(name), wish.own.data
         badge, board = load_badge(kept / "badge" / "badge.json"), load_board(data)
         for number in wish.own.cameras:
             camera = webcam(data, number)
             clip = read_clip(data, number, camera, board)
-            yield {"camera": number, "looks": describe_views(clip, load_page(kept / "badge").lens)}
             for forge in FORGERIES:
                 path = kept / f"hold_{number}_{forge or 'true'}.mp4"
                 write_film(BoardTracer(kept / "badge", camera, clip, board, forge), path, number)
@@ -329,7 +298,7 @@ OPTIONS = {
     "--data": {"type": Path, "required": True, "metavar": "DIR"},
     "--cameras": {"type": int, "nargs": "*", "default": [0, 1, 2, 3]},
 }
-COLUMNS = {"camera": ">6", "looks": "<1", "film": "<9", "verdict": "<12", "gain": ">8.3f", "error bar": ">9.3f"}
+COLUMNS = {"camera": ">6", "film": "<9", "verdict": "<12", "gain": ">8.3f", "error bar": ">9.3f"}
 COLUMNS |= {"tracked": ">7", "frames": ">6", "read": ">5", "f": ">6.0f", "true f": ">6.0f", "k1": ">6.2f"}
 COLUMNS |= {"true k1": ">7.2f", "axis off, px": ">12.0f", "why": "<1"}
 BENCH = Bench(rows, COLUMNS, options=OPTIONS)

@@ -4,10 +4,7 @@ film: a person before a webcam follows a challenge with a true badge: traced fri
     noise, 720p at 24 frames a second, coded as JPEG as the page codes them.  `--controls` go through `LiveCheck` with
     the challenge that they answer (own), and should be accepted.  Each is played to a fresh challenge (replay), begun
     at the moment that suits this best, which the replayer knows before: paused on its first picture till then, or
-    without its beginning.  None may be accepted.  Once in the challenge the connection stalls for so long (stall):
-    pictures on their way come late, the page drops those that it would have to queue (six ahead), and the check must
-    not reject.  But a film answers each prompt when it was planned; where the stall delays a prompt, the answer comes
-    too soon, and is rejected for that.
+    without its beginning.  None may be accepted.
 call, answered: a person in a call hears the prompts that are read aloud, and follows them with a true badge.  The
     call's delay, there and back, goes from 100 to 1,500 ms; 2 % of the pictures are lost; pictures are coded by H.264
     at 1.5 Mbit/s, shown in a tile of 960 px (`--widths`: others), and coded as JPEG by the asker's page.  Nine of ten
@@ -57,9 +54,8 @@ from moireid_studio.challenge.session import READY_S, LiveCheck
 FPS = 24.0
 #: Badge and face are seen by then; the first prompt of what the film answers comes no sooner.
 SEEN_S = 1.5
-#: The page's own limit of pictures on their way, and how long one is on its way.
-MOST_AHEAD, WAY_S = 6, 0.05
-STALLS_S = (0.3, 0.5, 1.0)
+#: How long a picture is on its way.
+WAY_S = 0.05
 #: Of calls: share of pictures that are lost, width of the tile, px, and the longest call.
 LOSS, WIDTH, LONGEST_S = 0.02, 960, 150.0
 #: Of badges that are drawn: how long a frame takes, s; the parallax that an answer goes to, at most; and by how much
@@ -106,7 +102,7 @@ def jpegs(pictures: Iterable[np.ndarray]) -> Iterator[bytes]:
 
 
 def filmed(job: tuple[int, bool]) -> Row:
-    """What the live check says of a film, its replay, and the film over connections that stall, by kind."""
+    """What the live check says of a film and of its replay, by kind."""
     number, replay_alone = job
     chance, badge = random.Random(1000 + number), badge_of(number)
     before = draw_prompts(SEEN_S + READY_S, chance)
@@ -114,7 +110,6 @@ def filmed(job: tuple[int, bool]) -> Row:
     length_s = before[-1].at_s + 6.0
     film: Iterable[bytes] = jpegs(frames(badge, portrait(), course, length_s=length_s, fps=FPS, seed=number))
     found: dict[str, Row] = {}
-    stall_at_s = chance.uniform(before[0].at_s, before[-1].at_s)
 
     def judged(pictures: Iterable[Picture], prompts: Sequence[Any]) -> Row:
         return checked(badge, pictures, lambda _: list(prompts), lambda move, shown_s: None)
@@ -124,8 +119,6 @@ def filmed(job: tuple[int, bool]) -> Row:
 
     if not replay_alone:
         film = list(film)
-        for stall_s in STALLS_S:
-            found[f"stall {stall_s:g}"] = judged(stalled(list(timed(film)), stall_at_s, stall_s), before)
         found["own"] = judged(timed(film), before)
     # The replayer knows the prompts in advance, and the best moment to start the clip.
     fresh = draw_prompts(before[0].at_s, chance)
@@ -143,16 +136,6 @@ def begun_at(film: Iterable[bytes], start: int) -> Iterator[bytes]:
         first = next(pictures)
         yield from [first] * (start + 1)
     yield from islice(pictures, max(-start, 0), None)
-
-
-def stalled(timed: Sequence[Picture], at_s: float, stall_s: float) -> list[Picture]:
-    """The film over a connection that stalls once: what was sent comes after it, what was not sent is dropped."""
-    sent = [
-        (taken, at_s + stall_s if at_s <= arrived < at_s + stall_s else arrived, jpeg) for taken, arrived, jpeg in timed
-    ]
-    waiting = [one for one in sent if one[1] == at_s + stall_s]
-    dropped = {one[0] for one in waiting[MOST_AHEAD:]}
-    return [one for one in sent if one[0] not in dropped]
 
 
 @dataclass(frozen=True)

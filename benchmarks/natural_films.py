@@ -1,4 +1,4 @@
-"""Natural motion by an outside tracer: run `moireid lab bench natural-outside [--films N] [--filmed N]`.
+"""Natural motion by an outside tracer: run `moireid lab bench natural [--films N] [--filmed N]`.
 
 A printed badge is filmed by `outside`, which shares nothing with `moireid.simulate`, with measured motions (a hand's
 run, a phone carried about a room) at 1 m and 2 m for 24 s.  Each film is tracked once; its parts of 4, 10 and 24 s are
@@ -38,9 +38,7 @@ from moireid.verifier.fringes.grating_signal import GratingSignal
 from moireid.verifier.fringes.signals import measure
 from moireid.verifier.session.claim import sheet_of
 from moireid.verifier.tracking.track import Track
-from moireid_lab.bench import natural
 from moireid_lab.bench.bench_frame import Bench, Row, Wish, counted_verdicts, grouped
-from moireid_lab.bench.natural import cut_track, pairs_sentence, part_figures, part_starts
 
 FPS, SECONDS, LENGTHS_S, FORGED_S = 30, 24, (4, 10, 24), 10
 MOTIONS, DISTANCES_M = ("walk", "measured"), (1.0, 2.0)
@@ -106,11 +104,12 @@ def judged(task: Task) -> Row:
     track = tracked(task)
     claim = Question(track.badge, track.badge.id)
     lengths = (task.seconds,) if task.forge else LENGTHS_S
-    starts = part_starts(lengths, round(track.frames_read / FPS))
+    starts = part_starts(lengths, track.frames_read // FPS)
     rows: list[Row] = []
     for length, begins in starts.items():
         for begin in begins:
-            part = cut_track(track, begin * FPS, (begin + length) * FPS)
+            within = (track.frame_numbers >= begin * FPS) & (track.frame_numbers < (begin + length) * FPS)
+            part = replace(track.only(within), frames_read=length * FPS)
             if part.tracked < 60:
                 continue
             signals = measure(part).gratings
@@ -219,19 +218,59 @@ def table(parts: list[Row]) -> Iterator[Row]:
     true, lies = ([part for part in parts if (part["kind"] == "true") == kind] for kind in (True, False))
     shown = [part | {"seconds": part["length_s"], "why": part["why"].split()} for part in true]
     for (metres, seconds), own in sorted(grouped(shown, "distance_m", "seconds").items()):
-        yield {"true badge": f"outside      {metres:g} m", "length": f"{seconds} s"} | part_figures(own)
+        yield {"true badge": f"{metres:g} m", "length": f"{seconds} s"} | part_figures(own)
     for (kind, metres), own in grouped(lies, "kind", "distance_m").items():
         counted = counted_verdicts([part | {"why": part["why"].split()} for part in own])
         yield {"forged": kind, "m": metres, "films": len(own)} | counted
     for part in lies:
         if part["verdict"] == "accept":
             yield {"accepted": part["film"], "kind": part["kind"], "spread, rad": part["excitation_rad"]}
-    yield {"pairs": pairs_sentence([part | {"motion": part["film"], "seed": 0} for part in shown])}
+    pairs = [(a, b) for film in grouped(shown, "film").values() for a in film for b in film if inside(a, b)]
+    yield {"pairs of parts": len(pairs), "longer worse": sum(worse(longer, part) for part, longer in pairs)}
 
 
-COLUMNS = natural.COLUMNS | {"forged": "<16", "m": ">3g"}
-COLUMNS |= {name: COLUMNS.pop(name) for name in ("films", "accept", "inconclusive", "reject", "reasons")}
-COLUMNS |= {"accepted": "<30", "kind": "<16", "spread, rad": ">11.2f", "pairs": "<1"}
+def part_figures(rows: list[Row]) -> Row:
+    """Verdicts, odds and times of parts of one length; "of": those accepted of the ones that move enough."""
+    enough = [row for row in rows if (row["excitation_rad"] or 0.0) >= ENOUGH_RAD]
+    scores = [row["score"] for row in rows if row["score"] is not None]
+    return {
+        "films": len(rows),
+        **counted_verdicts(rows),
+        f"of >= {ENOUGH_RAD:g} rad": f"{sum(row['verdict'] == 'accept' for row in enough)} of {len(enough)}",
+        "log10 odds": float(np.median(scores)) if scores else None,
+        "ms a frame": 1e3 * sum(row["judge_s"] for row in rows) / sum(row["frames"] for row in rows),
+    }
+
+
+def inside(part: Row, longer: Row) -> bool:
+    """Whether a part is inside a longer one of its film."""
+    ends = [row["start_s"] + row["length_s"] for row in (part, longer)]
+    return part["length_s"] < longer["length_s"] and longer["start_s"] <= part["start_s"] and ends[0] <= ends[1]
+
+
+def worse(one: Row, other: Row) -> bool:
+    """Whether a verdict is worse than another."""
+    return VERDICTS.index(one["verdict"]) < VERDICTS.index(other["verdict"])
+
+
+def part_starts(lengths_s: tuple[int, ...], film_s: int) -> dict[int, list[int]]:
+    """When the parts of each length begin, s: `MOST_PARTS` of each at most, none over another, each inside a part of
+    every longer length; lengths beyond the film's are left out."""
+    found: dict[int, list[int]] = {}
+    longer_s, longer = film_s, [0]
+    for length_s in sorted((length for length in lengths_s if length <= film_s), reverse=True):
+        starts = [start + k * length_s for start in longer for k in range(longer_s // length_s)]
+        longer_s, longer = length_s, starts[:MOST_PARTS]
+        found[length_s] = longer
+    return found
+
+
+#: From the worst to the best; parts of one length; films with this much motion, rad, hold enough for a verdict.
+VERDICTS, MOST_PARTS, ENOUGH_RAD = ("reject", "inconclusive", "accept"), 4, 0.3
+COLUMNS = {"true badge": "<16", "length": ">8", "forged": "<16", "m": ">3g", "films": ">7", "accept": ">8"}
+COLUMNS |= {"inconclusive": ">13", "reject": ">8", f"of >= {ENOUGH_RAD:g} rad": ">15", "log10 odds": ">12.2f"}
+COLUMNS |= {"ms a frame": ">12.2f", "reasons": "<1"}
+COLUMNS |= {"accepted": "<30", "kind": "<16", "spread, rad": ">11.2f", "pairs of parts": ">14", "longer worse": ">12"}
 OPTIONS = {
     "--filmed": {"type": int, "default": 0, "metavar": "N", "help": "trajectories filmed with each forgery"},
     "--table": {"type": Path, "metavar": "FILE", "help": "write the figures of all parts as CSV"},

@@ -20,7 +20,6 @@ import shutil
 import subprocess
 import sys
 import tempfile
-import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -55,12 +54,6 @@ WEAR: tuple[tuple[str, ...], ...] = (
     ("--orientation", "landscape", "--template", "conference", "--markers", "frame", *LINES[:2]),
     ("--orientation", "landscape", "--template", "webcam", *LINES[:2]),
 )
-#: Fronts that are asked for by `--fronts`: three turned fields, and a sheet over the sides of
-#: a frame, as mounts hold it at the board's edges.
-FRONTS: dict[str, tuple[str, ...]] = {
-    "hex": ("--axes", "hex"),
-    "edge": ("--markers", "frame"),
-}
 PROGRAM = Path(sys.executable).with_name("print-your-badge")
 
 
@@ -75,7 +68,6 @@ class Task:
     base_seed: int
     clips: int
     forge: str | None = None
-    front: str | None = None
     keep: str | None = None
 
     @property
@@ -88,7 +80,7 @@ class Task:
 def issued(task: Task, folder: Path) -> str:
     """Make the task's badge by the command, in `folder`; say what it wears.  A wish without room is made plain."""
     rng = np.random.default_rng([task.base_seed, FORMATS.index(task.format), 1000 + task.badge])
-    wish = WEAR[task.badge % len(WEAR)] if task.front is None else FRONTS[task.front]
+    wish = WEAR[task.badge % len(WEAR)]
     payload = rng.bytes(8).hex()
     words = [str(_picture(word, folder)) if word in ("LOGO", "PORTRAIT") else word for word in wish]
     for each, wear in ((words, " ".join(wish)), (words[:2], f"{wish[:2]} for want of room")):
@@ -135,9 +127,8 @@ def made(task: Task, folder: Path) -> dict[str, Any]:
     camera = drawn(rng, LAPTOP if task.format == "webcam" else PHONE)
     motion, crf = MOTIONS[task.number % len(MOTIONS)], (23, 28)[task.number % 2]
     walk = course(motion, 1000 * distance_m, FRAMES / FPS, rng)
-    page = load_page(folder / "badge", edge_to_edge=task.front == "edge")
+    page = load_page(folder / "badge")
     shoot = Shoot(FRAMES, FPS, crf, int(rng.integers(1 << 30)), task.forge)
-    begun = time.process_time()
     places = film(page, built(page, rng), camera, walk, folder / "film.mp4", shoot)
     tangents = -places[:, 0] / places[:, 2]
     facts = {
@@ -145,7 +136,6 @@ def made(task: Task, folder: Path) -> dict[str, Any]:
         "distance_m": round(distance_m, 3),
         "motion": motion,
         "crf": crf,
-        "film_s": time.process_time() - begun,
         "tan_u": (float(tangents.min()), float(tangents.max())),
     }
     note.write_text(json.dumps(facts), encoding="utf-8")
@@ -158,9 +148,7 @@ def judged(task: Task) -> Row:
         folder = Path(task.keep or scratch) / _name(task)
         facts = made(task, folder)
         badge = load_badge(folder / "badge" / "badge.json")
-        begun = time.process_time()
         report = verify(folder / "film.mp4", Question(badge, badge.id))
-        verify_s = time.process_time() - begun
         found = report.to_json()
         if task.keep:
             (folder / "report.json").write_text(json.dumps(found, indent=1), encoding="utf-8")
@@ -168,22 +156,18 @@ def judged(task: Task) -> Row:
         "format": task.format,
         "number": task.number,
         "forge": task.forge,
-        "front": task.front,
         "verdict": report.verdict,
         "read": report.identity.decoded_id == badge.id,
         "wrong": report.identity.decoded_id not in (None, badge.id),
         "gain": found["invariant"].get("gain_ratio"),
         "reasons": [_reason_text(reason) for reason in found["reasons"] if reason["level"] != "pass"],
-        "verify_s": verify_s,
         "tracked": found["frames"]["tracked"],
-        "correlation": found["invariant"].get("correlation"),
-        "window_correlation": found["invariant"].get("window_correlation_mean"),
         **facts,
     }
 
 
 def _name(task: Task) -> str:
-    return "_".join(str(word) for word in (task.format, task.number, task.forge or task.front) if word is not None)
+    return "_".join(str(word) for word in (task.format, task.number, task.forge) if word is not None)
 
 
 def _reason_text(reason: dict[str, Any]) -> str:
@@ -203,12 +187,6 @@ def tasks(arguments: argparse.Namespace, seed: int, clips: int, keep: Path | Non
             # A lie of each kind, about badges that wear different things, over the range.
             places = (np.random.default_rng([seed, 31]).permutation(len(KINDS)) + 0.5) / len(KINDS)
             found += [Task(name, k, k, float(places[k]), forge=kind, **common) for k, kind in enumerate(KINDS)]
-        elif arguments.fronts:
-            found += [
-                Task(name, k, k // PER_BADGE, float(spread[k]), front=front, **common)
-                for front in arguments.fronts
-                for k in range(clips)
-            ]
         else:
             found += [Task(name, k, k // PER_BADGE, float(spread[k]), **common) for k in range(clips)]
     # All formats, and all kinds, go on together, so that a run that is stopped has films of each.
@@ -235,43 +213,20 @@ def table(films: list[Row]) -> Iterator[Row]:
             "wrong": sum(row["wrong"] for row in own),
             **{verdict: verdicts.count(verdict) for verdict in ("accept", "inconclusive", "reject")},
             "worst gain": max(gains, key=lambda gain: abs(gain - 1), default=None),
-            "film s": float(np.mean([row["film_s"] for row in own])),
-            "verify s": float(np.mean([row["verify_s"] for row in own])),
         }
-    yield from spread([film for film in films if not film["forge"]])
     for row in sorted(films, key=lambda row: (row["format"], row["number"])):
         good = row["verdict"] == "reject" if row["forge"] else row["verdict"] == "accept" and row["read"]
         if not good:
-            words = (row[key] for key in ("format", "number", "forge", "front"))
+            words = (row[key] for key in ("format", "number", "forge"))
             yield {"film": "_".join(str(word) for word in words if word is not None)} | row
-
-
-def spread(films: list[Row]) -> Iterator[Row]:
-    """How true films lie: correlations, and the gain's distance from 1, root mean square."""
-    keys = ("correlation", "window_correlation", "gain")
-    known = [[film[key] for key in keys] for film in films if None not in (film[key] for key in keys)]
-    if known:
-        whole, windows, gain = np.array(known).T
-        yield {
-            "true films": len(known),
-            "|rho|": float(whole.mean()),
-            "sd": float(whole.std()),
-            "least": float(whole.min()),
-            "over 30 frames": float(windows.mean()),
-            "its sd": float(windows.std()),
-            "gain off": float(np.sqrt(np.mean((gain - 1) ** 2))),
-        }
 
 
 OPTIONS: dict[str, dict[str, Any]] = {
     "--formats": {"type": lambda text: text.split(","), "default": list(FORMATS), "metavar": "F,…"},
     "--forgeries": {"action": "store_true", "help": "thirteen lies about each format instead"},
-    "--fronts": {"type": lambda text: text.split(","), "default": [], "metavar": "F,…", "help": "hex, edge"},
 }
 COLUMNS = {"films of": "<12", "films": ">5", "read": ">5", "wrong": ">5", "film": "<22", "accept": ">8"}
-COLUMNS |= {"inconclusive": ">13", "reject": ">8", "worst gain": ">11.3f", "film s": ">7.1f", "verify s": ">9.1f"}
+COLUMNS |= {"inconclusive": ">13", "reject": ">8", "worst gain": ">11.3f"}
 COLUMNS |= {"m": "distance_m >6.3f", "motion": "<10", "crf": ">3", "gain": ">7.3f", "tracked": ">7", "verdict": "<12"}
 COLUMNS |= {"wear": "<40", "reasons": "<1"}
-COLUMNS |= {"true films": ">10", "|rho|": ">7.4f", "sd": ">7.4f", "least": ">7.4f", "over 30 frames": ">14.3f"}
-COLUMNS |= {"its sd": ">6.3f", "gain off": ">8.4f"}
 BENCH = Bench(rows, COLUMNS, options=OPTIONS, table=table)

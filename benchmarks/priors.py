@@ -1,6 +1,6 @@
 """Fits the priors of the decision and calibrates its score: run `moireid lab bench priors`.
 
-Films are those of `moireid lab bench natural-outside --table FILE`, true and forged; without `--table FILE`, those of
+Films are those of `moireid lab bench natural --table FILE`, true and forged; without `--table FILE`, those of
 `tests/data/explanations/films.csv`.  A film's half is drawn from its name: one half fits, the other is judged.
 
 Printed are: mean and standard deviation of what the law leaves, and of rows and places, on true films

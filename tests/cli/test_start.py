@@ -1,6 +1,6 @@
 """What a verify of a short film loads: never more than it needs, as loading took longer than judging.
 
-Seconds are not tested, as they are those of the machine; `moireid lab bench commands` prints them.
+Seconds are not tested, as they are those of the machine.
 """
 
 from __future__ import annotations

@@ -128,7 +128,7 @@ def jobs_of(folder: Path, limits: Limits, prepare: Callable[[Job], PreparedJob] 
     """Jobs without a studio, in a folder of their own."""
     folder.mkdir(parents=True, exist_ok=True)
     ledger = Ledger(database_of(folder.parent, f"{folder.name}.sqlite3", None, log=True), folder)
-    return Jobs(folder, Doer(ledger, limits, prepare, lambda job: None))
+    return Jobs(folder, Doer(ledger, limits, prepare))
 
 
 def tiny_film(source: Path, path: Path, *, frames: int = 12, size: tuple[int, int] = (640, 360)) -> Path:

@@ -64,7 +64,7 @@ def test_the_command_films_scores_and_goes_on(tmp_path: Path, monkeypatch: pytes
     assert made == {path.name: path.stat().st_mtime_ns for path in (tmp_path / "out" / "films").glob("*.mp4")}
 
 
-def test_films_without_a_published_score_are_counted_and_in_no_mean(tmp_path: Path):
+def test_films_without_a_published_score_are_counted_and_in_no_mean():
     """Catches: a film of score 0 averaged in, a line that fails where nothing has a score."""
 
     def scored(score: float | None, verdict: str) -> ScoredFilm:
@@ -80,4 +80,3 @@ def test_films_without_a_published_score_are_counted_and_in_no_mean(tmp_path: Pa
     ]
     text = table_text(published.BENCH, rows)
     assert "0.950 ± 0.071" in text and "1/1/1" in text and "(0 in the paper): 2;" in text and "nan" not in text
-    published.plot(rows).savefig(tmp_path / "plot.svg")

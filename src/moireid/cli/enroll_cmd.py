@@ -93,7 +93,7 @@ def enroll_command(
     vague to distinguish copies is refused and shown next to them. Give --replace with a --reason where it is right.
     Equal figures measured again change nothing.
 
-    Figures that a forger cannot draw beforehand are measured in a live check: moireid watch --challenge --enroll.
+    Figures that a forger cannot draw beforehand are measured in a live check, on the studio's page Live.
     """
     from moireid.badge import load_badge
     from moireid.cli.issue_notes import look_alike_notes

@@ -3,7 +3,7 @@
 They are grouped by the question that they answer.  The comment before each says where it comes from:
 
 - *derived*: from optics, statistics or manufacturers' figures; the reason is given;
-- *ray-traced films*: films by an outside ray tracer; `moireid lab bench natural-outside` and `outside` make
+- *ray-traced films*: films by an outside ray tracer; `moireid lab bench natural` and `outside` make
   such films anew, and `moireid lab bench priors` refits `EXPECTED` and the calibration of the score;
 - *set by hand*: by judgement alone.
 

@@ -8,7 +8,6 @@ forms.py         fields and small files, within a limit
 uploads.py       a form with a film, to the disk
 checks.py        from a form, or a film to try, to a job at work
 issue_jobs.py    orders to jobs, and back
-build_jobs.py    pictures of a first badge to rounds
 reports.py       a verdict as a page
 links.py         one-time links, and what came of them
 receipts.py      their receipts, and the reports of films that they are about

@@ -25,7 +25,6 @@ from moireid_studio.http.metrics import Gauge, RequestMetrics
 from moireid_studio.live import link_routes
 from moireid_studio.live import routes as live
 from moireid_studio.pages import enroll as enroll_pages
-from moireid_studio.pages import first_badge as first_badge_pages
 from moireid_studio.pages import home as home_pages
 from moireid_studio.pages import issue_pages, materials, registry_pages, verify
 from moireid_studio.settings import Settings
@@ -37,14 +36,11 @@ ROUTERS: tuple[APIRouter, ...] = (
     issue_pages.router,
     materials.router,
     enroll_pages.router,
-    first_badge_pages.router,
     verify.router,
     registry_pages.router,
-    registry_pages.verdicts_router,
     api.router,
     issue_api.router,
     registry_api.router,
-    registry_api.verdicts_router,
     health_api.router,
     work_api.router,
     live.router,
@@ -58,12 +54,11 @@ KINDS = {".css": "text/css", ".js": "text/javascript", ".svg": "image/svg+xml", 
 
 
 async def _forget(studio: Studio) -> None:
-    """Remove old links and builds now and then: on a quiet studio nothing else would."""
+    """Remove old links now and then: on a quiet studio nothing else would."""
     while True:
         await asyncio.sleep(FORGET_S)
         try:
             await run_in_threadpool(studio.links.remove_old)
-            await run_in_threadpool(studio.builds.remove_old)
         except (RegistryError, OSError) as error:
             logging.getLogger(__name__).error("%s", error)
 

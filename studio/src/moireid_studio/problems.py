@@ -33,22 +33,14 @@ PLAIN = (
     (r"printed \(--mount holder\)", "printed as a snap-in holder"),
     (r" \(--[a-z-]+( [a-z]+)?\)", ""),
     (r"take --markers squares", "take squares as markers"),
-    (r"give --distance in metres, or leave it out", "give the camera's distance, or leave it out"),
-    (r", and give the pitch-test\.json of this very chart", ""),
-    (r"and give --thickness", "and enter what it reads"),
-    (r"give --measured-scale", "enter what you measured"),
-    (r"its --focal-px", "its focal length"),
-    (r"--(focal-px|distance)\b", "what you measured"),
     (r"give them as --sheet-size", "enter them"),
     (r"give --sheet-size (\d[\d.]*)x(\d[\d.]*)", r"enter \1 mm across and \2 mm along the lenses"),
-    (r"print badges for it with --lens-thickness", "issue badges for it with that thickness"),
     (r", and list it without --made acrylic", ", or list a printed mount"),
     (r"--axes x or xy", "fringes that sense motion sideways, or sideways and up and down"),
     (r"--axes xy", "fringes that sense motion sideways and up and down"),
     (r"run the command again", "issue the badges again"),
     (r"--(axes|colour|format|front|lens|line|logo|markers|mount)\b", r"\1"),
-    (r"--(orientation|portrait|range|size|template)\b", r"\1"),
-    (r"--steps", "steps"),
+    (r"--(orientation|portrait|range|size|template|typeface)\b", r"\1"),
 )
 
 

@@ -14,9 +14,6 @@ from moireid.user_settings import data_folder
 if TYPE_CHECKING:
     from moireid.cli.witness_options import WitnessCheck
 
-#: A year: long enough for someone who must answer for a verdict, and not for ever.
-KEEP_VERDICTS_DAYS = 365.0
-
 
 @dataclass(frozen=True)
 class Limits:
@@ -57,13 +54,12 @@ class Settings:
 
     auth: ask for tokens; without it anyone who reaches the server may do all, so it must listen on loopback alone;
     trust: fingerprint of the one authority that counts, None for the one that was seen at this registry first;
-    keep_verdicts_days: how long it is kept which verdicts were given, 0 for not at all; state: the database of tokens,
-    links and verdicts, None for files in the folder; scheduler: of Dask, whose workers judge films, None for this
-    machine; worker_url: by which they reach this studio; unsealed: whether films are also read where nothing seals
-    their process; level: the least level that a film or a live check must reach to be accepted (`Question.level`),
-    whatever a visitor asks for; public_url: the address by which other people reach the studio, with a slash at its
-    end, None for the one by which each visitor has reached it; witness_check: the checkpoint that audits compare with,
-    and the witnesses that must have signed it, None where none is asked.
+    state: the database of tokens and links, None for files in the folder; scheduler: of Dask, whose workers judge
+    films, None for this machine; worker_url: by which they reach this studio; unsealed: whether films are also read
+    where nothing seals their process; level: the least level that a film or a live check must reach to be accepted
+    (`Question.level`), whatever a visitor asks for; public_url: the address by which other people reach the studio,
+    with a slash at its end, None for the one by which each visitor has reached it; witness_check: the checkpoint that
+    audits compare with, and the witnesses that must have signed it, None where none is asked.
     """
 
     registry_url: str | None = None
@@ -71,7 +67,6 @@ class Settings:
     auth: bool = True
     limits: Limits = field(default_factory=Limits)
     trust: str | None = None
-    keep_verdicts_days: float = KEEP_VERDICTS_DAYS
     state: str | None = None
     scheduler: str | None = None
     worker_url: str = ""

@@ -7,11 +7,9 @@ import logging
 import threading
 import time
 from collections import Counter
-from collections.abc import Mapping
 from contextlib import ExitStack
-from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from starlette.requests import HTTPConnection
 
@@ -25,7 +23,6 @@ from moireid.registry.seen import recall, seen_path
 from moireid.registry.signing.client import signer_address
 from moireid_studio.auth.tokens import Tokens
 from moireid_studio.http.metrics import Metrics
-from moireid_studio.jobs.build_round import advance_build
 from moireid_studio.jobs.claims import PreparedJob, prepared
 from moireid_studio.jobs.cluster import Cluster
 from moireid_studio.jobs.queue import Jobs
@@ -33,11 +30,9 @@ from moireid_studio.jobs.workers import Doer
 from moireid_studio.links import Links
 from moireid_studio.problems import Refusal, plain
 from moireid_studio.settings import Settings
-from moireid_studio.store.build_store import BuildStore
 from moireid_studio.store.database import database_of
 from moireid_studio.store.job import Job
 from moireid_studio.store.ledger import Ledger
-from moireid_studio.store.verdict_store import Verdicts
 
 if TYPE_CHECKING:
     from moireid.cli.witness_options import WitnessCheck
@@ -68,11 +63,8 @@ class Studio:
             self.tokens = Tokens(settings.data, settings.state)
             undo.callback(self.tokens.close)
             hold_folder(settings.data, undo)
-            self.verdicts = Verdicts(settings.data, settings.keep_verdicts_days, settings.state)
-            undo.callback(self.verdicts.close)
             self.links = Links(settings.data, settings.state)
             undo.callback(self.links.close)
-            self.builds = BuildStore(settings.data.absolute() / "builds")
             self.jobs = self._jobs(undo)
             self._open = undo.pop_all()
 
@@ -88,7 +80,6 @@ class Studio:
             Ledger(database, folder),
             settings.limits,
             self._prepared,
-            self.verdicts.note_job,
             registry=self.registry,
             metrics=self.metrics,
             cluster=cluster,
@@ -97,11 +88,7 @@ class Studio:
 
     def _prepared(self, job: Job) -> PreparedJob:
         """What a job's process gets.  Raises: Refusal, RegistryError."""
-        if job.kind != "build":
-            return prepared(job, self.registry, self.settings.trust, lambda: self.for_children)
-        build = self.builds.find(job.wish["build"], job.owner)
-        order = partial(advance_build, place=str(build.work), wish=job.wish["wish"], record=job.wish["record"])
-        return PreparedJob(order, write=(build.work,))
+        return prepared(job, self.registry, self.settings.trust, lambda: self.for_children)
 
     @property
     def for_children(self) -> dict[str, str | None]:
@@ -172,16 +159,6 @@ class Studio:
             # The audit reports that no witness has signed, and all else that it finds.
             logging.getLogger(__name__).error("%s", error)
             return []
-
-    def note_verdict(self, asked_by: str, kind: str, result: Mapping[str, Any], **about: Any) -> None:
-        """Write down a verdict that is given; about: film_sha256, claim, claim_source and the standing that was asked.
-
-        A verdict that cannot be written down is given all the same; the log of the server says so.
-        """
-        try:
-            self.verdicts.note_result(asked_by, kind, result, **about)
-        except RegistryError as error:
-            logging.getLogger(__name__).error("%s", error)
 
     def start(self) -> None:
         """Begin to work.  Raises: RegistryError where the database cannot be used."""

@@ -26,6 +26,7 @@ from moireid_studio.settings import Limits
 #: The type of a file is decided by this many first bytes.
 HEAD_BYTES = 512
 ALLOWED = "MP4, MOV, 3GP, WebM, MKV, AVI, MPEG-TS or MPEG-PS"
+NO_FILM = f"This file is none of the films that are taken: {ALLOWED}."
 #: Letters of a film's name that are shown.
 LONGEST_NAME = 120
 #: After a refusal the rest is read and dropped for this long: a browser reads no answer before it has sent all.
@@ -47,17 +48,6 @@ class Form:
     sha256: str | None = None
 
 
-@dataclass(frozen=True)
-class UploadKind:
-    """Files that are taken.
-
-    suffix: gives the suffix for a file's first bytes, None where it is none of these; refusal: what is said then.
-    """
-
-    suffix: Callable[[bytes], str | None]
-    refusal: str
-
-
 def sniff(head: bytes) -> str | None:
     """The suffix for the container that a file's first bytes show, or None where it is not an accepted film."""
     if head[4:8] in (b"ftyp", b"moov", b"mdat", b"wide", b"free", b"skip"):
@@ -74,21 +64,6 @@ def sniff(head: bytes) -> str | None:
     return None
 
 
-def sniff_photo(head: bytes) -> str | None:
-    """The same for a photograph."""
-    if head[:4] == b"RIFF" and head[8:12] == b"WEBP":
-        return ".webp"
-    starts = {b"\xff\xd8\xff": ".jpg", b"\x89PNG": ".png", b"II*\0": ".tif", b"MM\0*": ".tif"}
-    return next((suffix for start, suffix in starts.items() if head.startswith(start)), None)
-
-
-FILMS = UploadKind(sniff, f"This file is none of the films that are taken: {ALLOWED}.")
-PHOTOS = UploadKind(
-    sniff_photo,
-    "This file is none of the photos that are taken: JPEG, PNG, WebP or TIFF. Export a HEIC photo of a phone as JPEG.",
-)
-
-
 async def receive(
     request: Request,
     folder: Path,
@@ -96,11 +71,10 @@ async def receive(
     *,
     fields: Collection[str],
     stored: Callable[[int], None] = lambda _: None,
-    kind: UploadKind = FILMS,
 ) -> Form:
     """Read a form: the file `video` into `folder`, and these other fields.
 
-    kind: which files are taken; stored: called with how many bytes of the film were written so far; it may refuse more.
+    stored: called with how many bytes of the film were written so far; it may refuse more.
     Raises: Refusal 400 where it is no whole form, 408 where it stops, 413 where it is too large, 415 where it is
         no form at all, or the file is no film, 422 where a field is unknown, given twice, or no text.
     """
@@ -110,7 +84,7 @@ async def receive(
         raise Refusal(415, "form", "Send a form (multipart/form-data) with the film as the file `video`.")
     most = limits.upload_bytes + limits.form_bytes
     length = request.headers.get("content-length", "")
-    reader = _Reader(boundary, folder, limits, fields, kind)
+    reader = _Reader(boundary, folder, limits, fields)
     body = in_time(request, limits).stream()
     try:
         if length.isdecimal() and int(length) > most:
@@ -144,14 +118,14 @@ def called(name: str) -> str:
 class _Reader:
     """Takes the bytes of a form; the parser calls back for each part."""
 
-    def __init__(self, boundary: bytes, folder: Path, limits: Limits, names: Collection[str], kind: UploadKind) -> None:
+    def __init__(self, boundary: bytes, folder: Path, limits: Limits, names: Collection[str]) -> None:
         calls = {
             name: getattr(self, f"_{name}")
             for name in ("part_begin", "part_data", "header_field", "header_value", "header_end", "headers_finished")
         }
         calls |= {"part_end": self._part_end, "end": self._end}
         self._parser = MultipartParser(boundary, {f"on_{name}": call for name, call in calls.items()})  # type: ignore[arg-type]
-        self._folder, self._limits, self._names, self._kind = folder, limits, names, kind
+        self._folder, self._limits, self._names = folder, limits, names
         self._texts: dict[str, bytearray] = {}
         self._file: BinaryIO | None = None
         self._head, self.written, self._outside_film, self._ended = bytearray(), 0, 0, False
@@ -182,8 +156,8 @@ class _Reader:
         if self._file is None:
             return Form(None, texts)
         self.close()
-        if (suffix := self._kind.suffix(bytes(self._head))) is None:
-            raise Refusal(415, "no_film", self._kind.refusal)
+        if (suffix := sniff(bytes(self._head))) is None:
+            raise Refusal(415, "no_film", NO_FILM)
         return Form(
             (self._folder / "upload").rename(self._folder / f"film{suffix}"),
             texts,
@@ -230,8 +204,8 @@ class _Reader:
             assert self._file is not None
             if len(self._head) < HEAD_BYTES:
                 self._head += piece[: HEAD_BYTES - len(self._head)]
-                if len(self._head) == HEAD_BYTES and self._kind.suffix(bytes(self._head)) is None:
-                    raise Refusal(415, "no_film", self._kind.refusal)
+                if len(self._head) == HEAD_BYTES and sniff(bytes(self._head)) is None:
+                    raise Refusal(415, "no_film", NO_FILM)
             self.written += len(piece)
             if self.written > self._limits.upload_bytes:
                 raise _too_large(self._limits)

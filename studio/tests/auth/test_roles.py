@@ -23,7 +23,7 @@ from moireid_studio.auth.tokens import Tokens
 
 #: What anybody may open; every other route asks for a role.
 OPEN = {
-    *("/", "/help", "/login", "/logout", "/api/health", "/healthz", "/readyz"),
+    *("/", "/help", "/login", "/logout", "/healthz", "/readyz"),
     *("/check", "/check/look", "/check/socket"),
     # By the token of a job at work.
     *("/work/film", "/work/message"),
@@ -32,7 +32,6 @@ OPEN = {
 ROLES = {
     "/issue": {"issuer"},
     "/enroll": {"issuer"},
-    "/first-badge": {"issuer"},
     "/api/badges": {"issuer"},
     "/registry": {"issuer", "verifier"},
     "/registry/audit": {"issuer"},
@@ -51,8 +50,6 @@ ROLES = {
     "/metrics": {"monitor"},
     "/call": {"verifier"},
     "/links": {"verifier"},
-    "/verdicts": {"admin"},
-    "/api/verdicts": {"admin"},
 }
 
 
@@ -171,7 +168,7 @@ def test_without_tokens_only_this_machine_is_answered(tmp_path: Path, monkeypatc
 
 def test_every_answer_bears_strict_headers(visit: Visit) -> None:
     """Catches: an error page, a file or an API answer that forgot them; a policy that lets inline script run."""
-    for path in ("/", "/nothing", "/api/health", "/api/nothing", "/static/studio.css", "/registry", "/openapi.json"):
+    for path in ("/", "/nothing", "/healthz", "/api/nothing", "/static/studio.css", "/registry", "/openapi.json"):
         headers = visit.ask("GET", path).headers
         policy = headers["content-security-policy"]
         assert "default-src 'none'" in policy and "frame-ancestors 'none'" in policy and "unsafe" not in policy

@@ -269,7 +269,7 @@ def test_spoilt_films_leave_the_server_up_and_the_disk_clean(visit: Visit, tiny:
     statuses = [visit.ask_all(requests[at : at + 8]) for at in (0, 8)]
     assert {answer.status_code for batch in statuses for answer in batch} <= {200, 415, 422}
     assert visit.left() == []
-    assert visit.ask("GET", "/api/health", None).json()["status"] == "ok"
+    assert visit.ask("GET", "/healthz", None).json()["status"] == "ok"
 
 
 @pytest.mark.slow

@@ -30,7 +30,6 @@ def test_the_samples_are_what_they_are_called(visit: Visit) -> None:
         assert answer.status_code == 303
         assert visit.wait(answer.headers["location"].rpartition("/")[2])["result"]["verdict"] == verdict
     assert visit.ask("POST", "/verify/sample", data={"which": "../badge"}).status_code == 422
-    assert "accepted" in visit.ask("GET", "/verdicts").text
 
 
 def test_every_failure_has_the_studios_own_page(visit: Visit, monkeypatch: pytest.MonkeyPatch) -> None:

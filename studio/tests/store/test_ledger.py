@@ -14,7 +14,6 @@ from moireid.errors import RegistryError, SpecError
 from moireid_studio.store.database import Away, database_of, is_away, jobs, patiently
 from moireid_studio.store.job import Job
 from moireid_studio.store.ledger import TRIES, Ledger
-from moireid_studio.store.verdict_store import Verdicts
 
 
 @pytest.fixture
@@ -127,19 +126,6 @@ def test_words_that_no_database_takes_come_back_as_they_went(ledger: Ledger) -> 
     assert ledger.settle(job)
     found = ledger.find(job.id)
     assert found is not None and found.state == "done" and found.result == job.result
-
-
-def test_a_verdict_is_written_down_once(tmp_path: Path, state: str | None) -> None:
-    """Catches: a record with two lines for a film that was judged again after its studio was killed."""
-    both = [Verdicts(tmp_path / "a", 365.0, state), Verdicts(tmp_path / "a", 365.0, state)]
-    job = Job("0" * 32, "verify", "token", tmp_path, result={"verdict": "accept"})
-    for store in (*both, *both):
-        store.note_job(job)
-    assert [one.verdict for one in both[0].given(9)] == ["accept"]
-    for _ in range(2):
-        # Live checks have no job, and each counts.
-        both[0].note_result("token", "live", {"verdict": "reject"}, film_sha256=None, standing=None)
-    assert len(both[1].given(9)) == 3
 
 
 def test_a_job_waits_for_a_database_that_is_away(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,7 +1,7 @@
 """All tasks of a run: on this machine by threads, each with a process of its own, or on a Dask deployment by address.
 
 Dask gives the task of a lost worker to another one, three times (its setting `allowed-failures`); then it is `LostJob`.
-A run on a deployment stops if no worker is alive, or if no task ends (`_next_ended`).
+A run on a deployment stops if no worker is alive (`_next_ended`).
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from typing import Any
 from moireid.errors import MoireIdError, SpecError
 from moireid.result_cache import program_digest
 from moireid.scheduler import scheduler_client
-from moireid_lab.archive.isolated import START_S, Limits, LostJob
+from moireid_lab.archive.isolated import Limits, LostJob
 from moireid_lab.archive.worker import Done, Order, do, stop_children
 
 #: Tasks queued at the scheduler, at least and for each thread.  So workers never wait for this program, a deployment
@@ -30,9 +30,6 @@ WAITING, WAITING_A_THREAD = 64, 4
 LOCAL = "local"
 #: A run stops if it has had no worker for this long; a deployment that starts workers on demand has this time.
 NO_WORKER_S = 300.0
-#: A run stops if no task has ended for the time limit of its jobs plus this, which allows for fetching films and for
-#: workers that restart.
-SLACK_S = 900.0
 #: Waits: for one result, as its worker may be lost; for the workers' children to end; between two looks for ended
 #: tasks; between two looks for workers.
 RESULT_S, STOP_S, POLL_S, LOOK_S = 5.0, 5.0, 0.01, 1.0
@@ -63,10 +60,9 @@ def run_tasks(
         of jobs and results. scheduler: address of a Dask scheduler, such as tls://HOST:PORT; None or "local": this
         machine.  workers: number on this machine; None: one for each processor.
 
-        A worker begins its next task at the next call of the generator, so save the results before that.
         Closing the generator ends the run and its processes.
         Raises: SpecError if no scheduler answers, or a worker has another moireid; MoireIdError if the scheduler went
-            away, no worker was alive for `NO_WORKER_S`, or no task ended for `SLACK_S` longer than a task may take.
+            away, or no worker was alive for `NO_WORKER_S`.
     """
     if scheduler not in (None, LOCAL) and workers is not None:
         raise SpecError(f"{workers} workers are asked for, but those of {scheduler} are its own; leave out --workers")
@@ -107,7 +103,6 @@ def _on_cluster(client: Any, orders: Sequence[Order], run: str) -> Generator[tup
     from distributed import as_completed
 
     todo, ended = deque(range(len(orders))), as_completed(raise_errors=False, loop=client.loop)
-    longest = max(len(order.payloads) * (START_S + order.limits.seconds) for order in orders)
     places: dict[Any, int] = {}
     try:
         while todo or places:
@@ -116,10 +111,18 @@ def _on_cluster(client: Any, orders: Sequence[Order], run: str) -> Generator[tup
                 future = client.submit(do, orders[todo[0]], key=f"moireid-{run}-{todo[0]}")
                 places[future] = todo.popleft()
                 ended.add(future)
-            future, done = _next_ended(client, ended, longest + SLACK_S)
-            place = places.pop(future)
+            future = _next_ended(client, ended)
+            place, done = places[future], None
+            if future.status == "finished":
+                # A worker may be lost before its result arrives; then Dask repeats the task, and others end meanwhile.
+                with suppress(TimeoutError, OSError, CancelledError):
+                    done = future.result(RESULT_S)
+                if done is None:
+                    ended.add(future)
+                    continue
+            del places[future]
             yield place, done or _lost(future, orders[place])
-            # The results are saved by now: the scheduler forgets the task, and its worker goes on.
+            # The results are saved by now: the scheduler forgets the task.
             future.release()
     finally:
         if client.status == "running":
@@ -129,39 +132,19 @@ def _on_cluster(client: Any, orders: Sequence[Order], run: str) -> Generator[tup
                 client.sync(client.run, stop_children, run, on_error="ignore", callback_timeout=STOP_S)
 
 
-def _next_ended(client: Any, ended: Any, quiet_s: float) -> tuple[Any, Done | None]:
-    """The next task that has ended, with its results, or None if it has none.
-
-    Raises: MoireIdError if no worker is alive for `NO_WORKER_S`, or no task ends for `quiet_s`.
-    """
-    from distributed import KilledWorker
-
-    begun = alive = looked = time.monotonic()
-    while True:
-        while not ended.has_ready():
-            time.sleep(POLL_S)
-            now = time.monotonic()
-            if now - looked < LOOK_S:
-                continue
-            looked = now
-            alive = now if _threads(client) else alive
-            if now - alive > NO_WORKER_S:
-                raise MoireIdError(f"no worker has been alive for {NO_WORKER_S:g} s; {AGAIN}")
-            if now - begun > quiet_s:
-                raise MoireIdError(
-                    f"nothing has ended for {quiet_s:g} s, though workers are alive; check whether they hang "
-                    f"or do something else, then {AGAIN}"
-                )
-        future = next(ended)
-        if future.status == "cancelled":
-            raise MoireIdError(GONE)
-        if future.status == "error":
-            return future, None
-        # A worker may be lost before its result arrives; then Dask repeats the task, and others end meanwhile.
-        with suppress(TimeoutError, OSError, CancelledError, KilledWorker):
-            return future, future.result(RESULT_S)
+def _next_ended(client: Any, ended: Any) -> Any:
+    """The next task that has ended.  Raises: MoireIdError if no worker is alive for `NO_WORKER_S`."""
+    alive = looked = time.monotonic()
+    while not ended.has_ready():
         time.sleep(POLL_S)
-        ended.add(future)
+        if (now := time.monotonic()) - looked >= LOOK_S:
+            looked, alive = now, now if _threads(client) else alive
+        if now - alive > NO_WORKER_S:
+            raise MoireIdError(f"no worker has been alive for {NO_WORKER_S:g} s; {AGAIN}")
+    future = next(ended)
+    if future.status == "cancelled":
+        raise MoireIdError(GONE)
+    return future
 
 
 AGAIN = "run the same command again, as finished rows are kept"

@@ -1,13 +1,8 @@
-"""One task on a worker: have a child process do its jobs, return the results.
-
-Convention: a worker begins a task only after the requesting program has saved the results of the last one.  So a killed
-    worker loses no finished row; at most its present film is repeated.
-"""
+"""One task on a worker: have a child process do its jobs, return the results."""
 
 from __future__ import annotations
 
 import threading
-import time
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,8 +10,6 @@ from moireid.errors import SpecError
 from moireid.result_cache import program_digest
 from moireid_lab.archive.isolated import IsolatedProcess, Limits, LostJob
 
-#: Longest wait until the last results are taken; only a program that went away takes that long.
-HANDOVER_S, POLL_S = 60.0, 0.003
 HERE = "here"
 
 
@@ -45,7 +38,6 @@ class Done:
 
 #: Children by run and thread: a worker with several threads processes one film on each.
 _children: dict[tuple[str, int], IsolatedProcess] = {}
-_former = threading.local()
 
 
 def do(order: Order) -> Done:
@@ -55,7 +47,6 @@ def do(order: Order) -> Done:
     """
     worker = _dask_worker()
     name = HERE if worker is None else str(worker.name)
-    _wait_for_handover(worker)
     if program_digest() != order.program:
         raise SpecError(f"worker {name} has another moireid than this program; install the same on all machines")
     folder = None if worker is None else worker.local_directory
@@ -68,16 +59,6 @@ def stop_children(run: str) -> None:
     """End the processes of a run on this worker."""
     for key in [key for key in _children if key[0] == run]:
         _children.pop(key).end()
-
-
-def _wait_for_handover(worker: Any) -> None:
-    """Wait until this thread's last result was taken: then the requesting program and the worker release it."""
-    if worker is None:
-        return
-    former, _former.key = getattr(_former, "key", None), worker.get_current_task()
-    last = time.monotonic() + HANDOVER_S
-    while former in worker.data and time.monotonic() < last:
-        time.sleep(POLL_S)
 
 
 def _dask_worker() -> Any:

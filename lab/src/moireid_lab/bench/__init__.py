@@ -1,19 +1,18 @@
 """`moireid lab bench SUITE`: the project's figures, each printed by a command; this package may import all others.
 
 identity/      identity_suite.py: is the whole identity read, over distance, printing and assembly? is a copy seen?
-fabricate/     fabricate_suite.py: pages and mounts, read back from what was written; photographs of a pitch test
-simulate/      simulate_suite.py: error against run time of the renderers, and what a scene does not need
-verify/        verify_suite.py: error against run time of the verifier; stiff and extreme motions
+fabricate/     fabricate_suite.py: pages, read back from what was written; photographs of a pitch test
+simulate/      simulate_suite.py: error against run time of the renderers
+verify/        verify_suite.py: error against run time of the verifier
 forgers/       forgers_suite.py: attacks by those who read this code, and everyday mishaps
 film_set.py    films by the engine of collections, with the list that `evaluate` reads
 bench_frame.py what is asked of a bench, its cases, rows, table, plot and files
 bench_rows.py  rows made by the engine of collections (moireid_lab.archive), kept between runs
-bench_plots.py bars of verdicts, and error against run time
+bench_plots.py the one plot of a bench
 verdicts.py    what a row keeps of a report
 suites.py      the suites, and the module of each bench; those in benchmarks/ too
 live.py        simulated challenges and calls, and replays of earlier answers
-natural.py     the natural suite: films with measured motions
 published.py   the paper's tables next to ours: films, figures and plot
 reality.py     the reality suite: films by phones, editors, calls and services
-stability.py   the stability suite: stiff and extreme cases
+stability.py   the stability suite: stiff and extreme badges, builds, pictures and motions
 """

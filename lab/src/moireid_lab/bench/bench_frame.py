@@ -24,6 +24,7 @@ from moireid.files import planned, whole_file, write_text
 from moireid.simulate.filming import film
 from moireid.simulate.motion import Motion
 from moireid.simulate.scene import Scene
+from moireid_lab.bench.bench_plots import plot_of
 from moireid_lab.bench.bench_rows import Row as Row
 from moireid_lab.bench.bench_rows import Where, chosen_names, made_rows
 from moireid_lab.evaluation.text_table import Columns, table_lines
@@ -137,7 +138,8 @@ class Bench:
     """What prints one table.
 
     rows: of a wish, one for each film or case; columns: of the table; notes: lines below it; options: of this bench
-    alone, by flag; table: the table's rows, made of those; plot: a figure of the rows.
+    alone, by flag; table: the table's rows, made of those; plot: keys of the table's rows, as `bench_plots.plot_of`
+    takes them; without any, verdicts are drawn where the table counts them.
     """
 
     rows: Callable[[Wish], Iterable[Row]]
@@ -145,7 +147,7 @@ class Bench:
     notes: Callable[[list[Row]], Iterable[str]] = lambda rows: ()
     options: Mapping[str, dict[str, Any]] = field(default_factory=dict)
     table: Callable[[list[Row]], Iterable[Row]] = lambda rows: rows
-    plot: Callable[[list[Row]], Any] | None = None
+    plot: Sequence[str] = ()
 
     def parsed(self, name: str, words: Sequence[str]) -> argparse.Namespace:
         """The bench's own options.  Raises: SpecError where it has no such option."""
@@ -157,7 +159,8 @@ class Bench:
 
 def outputs(folder: Path, name: str, bench: Bench) -> list[Path]:
     """The files that a bench writes."""
-    return [folder / f"{name}.json", *([folder / f"{name}.svg"] if bench.plot else [])]
+    drawn = bench.plot or "inconclusive" in bench.columns
+    return [folder / f"{name}.json", *([folder / f"{name}.svg"] if drawn else [])]
 
 
 def document_of(name: str, wish: Wish, rows: list[Row]) -> dict[str, Any]:
@@ -174,5 +177,6 @@ def write(folder: Path, name: str, bench: Bench, document: dict[str, Any], *, ov
     write_text(paths[0], json.dumps(document, indent=1) + "\n")
     for path in paths[1:]:
         with whole_file(path) as temporary:
-            bench.plot and bench.plot(document["rows"]).savefig(temporary, format="svg", metadata={"Date": None})
+            figure = plot_of(list(bench.table(document["rows"])), list(bench.columns), bench.plot)
+            figure.savefig(temporary, format="svg", metadata={"Date": None})
     return paths

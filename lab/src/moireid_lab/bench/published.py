@@ -26,7 +26,6 @@ from moireid_lab.bench.film_set import PlannedFilm, make_film_set
 from moireid_lab.evaluation.collect import ScoredFilm, collect
 from moireid_lab.evaluation.film_rows import PIPELINES
 from moireid_lab.evaluation.manifest import read_manifest
-from moireid_lab.evaluation.plots import GENUINE, INK, PALE, figure_of, plain
 from moireid_lab.evaluation.summary import PAPER
 
 DISTANCES_M = (1.1, 1.2, 1.3, 1.4, 1.5, 1.6, 1.7)
@@ -182,39 +181,6 @@ def notes(rows: list[Row]) -> Iterator[str]:
     )
 
 
-def plot(rows: list[Row]) -> Any:
-    """|rho| of every film against its distance, or by condition; a panel for each table."""
-    figure = figure_of(10.5, 3.6)
-    panels = figure.subplots(1, 3, sharey=True)
-    names = ("rendering 1", "rendering 2", "A to D")
-    for axes, name in zip(panels, names, strict=True):
-        own = [row for row in rows if (row["table"] if len(row["table"]) > 1 else "A to D") == name]
-        for place, row in enumerate(own):
-            for pipeline, key, colour, aside in (
-                ("published", "score", PALE, -0.22),
-                ("published", "window_correlation_mean", INK, 0.0),
-                ("moireid", "window_correlation_mean", GENUINE, 0.22),
-            ):
-                values = row[pipeline][key]["values"]
-                axes.plot([place + aside] * len(values), values, "o", color=colour, markersize=4, alpha=0.7)
-        axes.axhline(PAPER["threshold"], color=INK, linewidth=1, linestyle=":")
-        ticks = [row["table"] if name == "A to D" else f"{row['distance_m']:g}" for row in own]
-        axes.set_xticks(range(len(own)), ticks)
-        axes.set_xlabel(f"{name}" if name == "A to D" else f"{name}: distance, m", color=INK)
-        axes.set_ylim(-0.02, 1.03)
-        plain(axes)
-    panels[0].set_ylabel("|rho|", color=INK)
-    figure.suptitle(
-        "A dot a film.  Grey: published score, its greatest window; black: its mean window; blue: our mean window; "
-        "dotted: published threshold",
-        fontsize=8.5,
-        color=INK,
-        x=0.01,
-        ha="left",
-    )
-    return figure
-
-
 def _spread(cell: Row) -> str:
     return _mean(cell) if cell["sd"] is None else f"{cell['mean']:.3f} ± {cell['sd']:.3f}"
 
@@ -227,4 +193,4 @@ def _count(figures: Row, verdict: str) -> int:
     return int(figures["verdicts"].get(verdict, 0))
 
 
-BENCH = Bench(rows, COLUMNS, notes, table=table, plot=plot)
+BENCH = Bench(rows, COLUMNS, notes, table=table)

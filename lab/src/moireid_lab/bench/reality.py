@@ -1,4 +1,4 @@
-"""The reality suite, with its table and plot: films as phones, editors, calls and services change them.
+"""The reality suite, with its table: films as phones, editors, calls and services change them.
 
 Each effect at each strength is filmed at 1 m and 2 m, of a true badge and of forged ones.  The table shows how many
 films are accepted, inconclusive or rejected, with gain, residual and run time.
@@ -22,7 +22,6 @@ from moireid.simulate.motion import Motion, motion_named
 from moireid.simulate.scene import Build, Camera, Scene
 from moireid.verifier import Question, verify
 from moireid_lab.bench.bench_frame import Bench, Row, Wish, counted_verdicts, grouped, temporary_film
-from moireid_lab.bench.bench_plots import figure_of, verdict_bars
 from moireid_lab.bench.verdicts import verdict_row
 
 #: The first row: a film to which nothing was done.
@@ -108,8 +107,6 @@ def rows(wish: Wish) -> Iterator[Row]:
     return wish.films(run_case, names, FRAMES, wish.seeds(10))
 
 
-#: Shades of the strengths, from light to strong.
-SHADES = {"light": "#9fb4c7", "ordinary": "#22577a", "strong": "#0b2239"}
 VERDICT_COLUMNS = {"accept": ">8", "inconclusive": ">13", "reject": ">8"}
 FIGURE_COLUMNS = {"gain error": ">12.3f", "residual": ">10.3f", "s a film": ">10.1f", "reasons": "<1"}
 COLUMNS = {"true badge": "<34", "forged badge": "<34"} | VERDICT_COLUMNS | FIGURE_COLUMNS
@@ -169,32 +166,4 @@ def _figures(heading: str, key: tuple[str, str, float], rows: list[Row]) -> Row:
     return {heading: f"{name:<29}{distance:>3g} m"} | counted_verdicts(rows) | figures
 
 
-def plot(rows: list[Row]) -> Any:
-    """For each effect: the verdicts on true films by strength, and gain error, residual and run time."""
-    found = groups(rows, true=True)
-    effects = list(dict.fromkeys(effect for effect, _, _ in found))
-    figure = figure_of(11, 0.36 * max(len(effects), 1) + 1.4)
-    shares, *others = figure.subplots(1, 4, sharey=True, width_ratios=(2, 1, 1, 1))
-    for place, strength in enumerate(STRENGTHS):
-        films = [_both(found, effect, strength) for effect in effects]
-        verdict_bars(shares, films, offset=0.27 * (place - 1), height=0.24, label=place == 0)
-        for axes, measure in zip(others, (gain_error, residual, _seconds), strict=True):
-            values = [measure(rows) if rows else float("nan") for rows in films]
-            axes.plot(values, range(len(effects)), "o", ms=4, color=SHADES[strength], label=strength)
-    shares.set_yticks(range(len(effects)), effects, fontsize=8)
-    shares.set(xlabel="share of true films", xlim=(0, 1), ylim=(len(effects) - 0.5, -0.5))
-    shares.legend(frameon=False, ncols=3, loc="lower left", bbox_to_anchor=(0, 1), fontsize=8)
-    for axes, label in zip(others, ("gain error", "residual, rad", "verify, s a film"), strict=True):
-        axes.set(xlabel=label)
-        axes.grid(axis="y", alpha=0.2)
-    lines = others[0].lines[: len(STRENGTHS)]
-    figure.legend(handles=lines, frameon=False, ncols=3, loc="outside upper right", fontsize=8)
-    return figure
-
-
-def _both(found: dict[tuple[str, str, float], list[Row]], effect: str, strength: str) -> list[Row]:
-    """Rows of all distances."""
-    return [row for (one, how, _), rows in found.items() if (one, how) == (effect, strength) for row in rows]
-
-
-BENCH = Bench(rows, COLUMNS, summary, table=table, plot=plot)
+BENCH = Bench(rows, COLUMNS, summary, table=table)

@@ -16,11 +16,10 @@ from moireid.errors import SpecError
 #: By suite: its benches, each by the name by which it also runs alone.
 SUITES: dict[str, dict[str, str]] = {
     "films": {
-        "natural": "moireid_lab.bench.natural",
+        "natural": "natural_films",
         "reality": "moireid_lab.bench.reality",
         "stability": "moireid_lab.bench.stability",
         "outside": "outside_films",
-        "natural-outside": "natural_films",
         "builds": "builds",
         "lenses": "any_lens",
         "half-real": "half_real",
@@ -28,7 +27,6 @@ SUITES: dict[str, dict[str, str]] = {
     },
     "attacks": {
         "forgers": "moireid_lab.bench.forgers.forgers_suite",
-        "headlines": "headlines",
         "replayed": "replayed",
         "morphed": "morphed_photographs",
         "turned": "turned_photographs",
@@ -40,14 +38,12 @@ SUITES: dict[str, dict[str, str]] = {
         "simulate": "moireid_lab.bench.simulate.simulate_suite",
         "verify": "moireid_lab.bench.verify.verify_suite",
         "speed": "verify_speed",
-        "commands": "start_up",
     },
     "identity": {"identity": "moireid_lab.bench.identity.identity_suite"},
     "pages": {
         "fabricate": "moireid_lab.bench.fabricate.fabricate_suite",
         "mounts": "mounts",
         "ink-growth": "ink_growth",
-        "artwork": "artwork",
     },
     "registry": {"registry": "registry_scale"},
     "paper": {"published": "moireid_lab.bench.published", "priors": "priors"},

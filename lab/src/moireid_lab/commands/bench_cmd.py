@@ -64,15 +64,13 @@ def bench_command(
 
     \b
     films      true badges as people film and build them: natural, reality,
-               stability, outside, natural-outside, builds, lenses, half-real,
-               small-pages
-    attacks    forgers, headlines, replayed, morphed, turned, laid-over, live,
+               stability, outside, builds, lenses, half-real, small-pages
+    attacks    forgers, replayed, morphed, turned, laid-over, live,
                live-enrolment
     cost       error against run time, and processor time: simulate, verify,
-               speed, commands
+               speed
     identity   identities read, originals against copies, false matches
-    pages      what is printed, read back: fabricate, mounts, ink-growth,
-               artwork
+    pages      what is printed, read back: fabricate, mounts, ink-growth
     registry   claims and look-ups among many people
     paper      the published paper's tables next to ours, and the calibration
                of the odds: published, priors

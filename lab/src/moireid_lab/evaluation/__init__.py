@@ -8,6 +8,6 @@ statistics.py     ROC, AUC, EER, thresholds, Cllr, effect sizes and intervals: p
 summary.py        from rows to the figures of evaluate.json
 text_table.py     rows as a table of text, also for benches
 table.py          the figures as text
-plots.py          scores by group, ROC, DET, accuracy by threshold, Tippett
+plots.py          scores by group, ROC, DET, Tippett
 generator_kit.py  frames, prompts and a table for a user who makes forged films with a video generator
 """

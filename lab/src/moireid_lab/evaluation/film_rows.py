@@ -9,15 +9,17 @@ Convention: verdict "failed" if the film could not be scored, with the reason in
 
 from __future__ import annotations
 
+import dataclasses
 import hashlib
 import json
 import time
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from msgspec import Meta, Struct
+from msgspec.structs import asdict
 
 from moireid.errors import MoireIdError
 from moireid.question import Question
@@ -61,6 +63,39 @@ class Job:
     pipeline: Pipeline
 
 
+class ScoredRow(Struct, forbid_unknown_fields=True):
+    """What scoring a film may answer; a row also has its key, film, claim, pipeline, program and worker.
+
+    again: whether the next run tries it again; sealed: stated by the process that begins the one that reads the film.
+    """
+
+    verdict: Literal["accept", "reject", "inconclusive", "failed"]
+    seconds: float
+    sha256: Annotated[str, Meta(pattern=r"^[0-9a-f]{64}\Z")] | None = None
+    motion: str | None = None
+    identity: str | None = None
+    score: float | None = None
+    window_correlation_mean: float | None = None
+    window_correlation_max: float | None = None
+    window_correlation_min: float | None = None
+    window_correlation_sd: float | None = None
+    correlation: float | None = None
+    gain_ratio: float | None = None
+    gain_sd: float | None = None
+    phase_residual_rad: float | None = None
+    excitation_rad: float | None = None
+    cover: float | None = None
+    decoder: str | None = None
+    frames: int | None = None
+    tracked: int | None = None
+    codes: list[str] = []
+    reason: str | None = None
+    error: str | None = None
+    fault: Literal["film"] | None = None
+    again: Literal[False] = False
+    sealed: list[str] | None = None
+
+
 def score_film(job: Job, film: str) -> Row:
     """The row of a film at the local path `film`; an unreadable film gets a row too."""
     begun = time.perf_counter()
@@ -73,42 +108,27 @@ def score_film(job: Job, film: str) -> Row:
         return failed_row(LostJob(words, time.perf_counter() - begun, "film")) | {"sha256": sha256}
     figures = {name: json_number(getattr(report.invariant, name, None)) for name in FIGURES}
     against = [reason for reason in report.reasons if reason.level in ("fail", "undecided")]
-    return {
-        "sha256": report.film["sha256"],
-        "verdict": report.verdict,
-        "motion": report.invariant.verdict,
-        "identity": report.identity.verdict,
+    made = ScoredRow(
+        report.verdict,
+        round(time.perf_counter() - begun, 2),
+        report.film["sha256"],
+        report.invariant.verdict,
+        report.identity.verdict,
+        cover=json_number(report.cover.share) if report.cover else None,
+        decoder=report.film["decoder"],
+        frames=report.frames["read"],
+        tracked=report.frames["tracked"],
+        codes=[reason.code for reason in against],
+        reason=against[0].text if against else None,
         **figures,
-        "cover": json_number(report.cover.share) if report.cover else None,
-        "decoder": report.film["decoder"],
-        "frames": report.frames["read"],
-        "tracked": report.frames["tracked"],
-        "seconds": round(time.perf_counter() - begun, 2),
-        "codes": [reason.code for reason in against],
-        "reason": against[0].text if against else None,
-        "error": None,
-        "fault": None,
-        "again": False,
-    }
+    )
+    return asdict(made)
 
 
 def failed_row(lost: LostJob) -> Row:
     """The row of a film that could not be scored; `again`: whether the next run tries it again."""
-    return {
-        "sha256": None,
-        "verdict": "failed",
-        "motion": None,
-        "identity": None,
-        **dict.fromkeys((*FIGURES, "cover", "sealed", "decoder")),
-        "frames": None,
-        "tracked": None,
-        "seconds": round(lost.seconds, 2),
-        "codes": [],
-        "reason": None,
-        "error": lost.why,
-        "fault": lost.fault,
-        "again": lost.fault in PASSING,
-    }
+    found = asdict(ScoredRow("failed", round(lost.seconds, 2), error=lost.why))
+    return found | {"fault": lost.fault, "again": lost.fault in PASSING}
 
 
 def row_key(job: Job) -> str:
@@ -123,9 +143,9 @@ def row_key(job: Job) -> str:
         scorer(),
         claim_digest(entry),
         {frame: places.tolist() for frame, places in corners.items()} if corners else None,
-        asdict(claimed.as_built) if claimed.as_built else None,
-        *(asdict(one) for one in claimed.earlier),
-        asdict(claimed.barred) if claimed.barred else None,
+        dataclasses.asdict(claimed.as_built) if claimed.as_built else None,
+        *(dataclasses.asdict(one) for one in claimed.earlier),
+        dataclasses.asdict(claimed.barred) if claimed.barred else None,
     ]
     return hashlib.sha256(json.dumps(parts).encode()).hexdigest()
 
@@ -151,36 +171,3 @@ def _report(job: Job, film: Path) -> Report:
         film, Question(badge, badge.id, as_built=known.as_built, earlier=known.earlier, barred=known.barred)
     )
     return without_corners(report) if entry.corners else report
-
-
-class ScoredRow(Struct, forbid_unknown_fields=True):
-    """What scoring a film may answer; a row also has its key, film, claim, pipeline, program and worker.
-
-    sealed: stated by the process that begins the one that reads the film.
-    """
-
-    sha256: Annotated[str, Meta(pattern=r"^[0-9a-f]{64}\Z")] | None
-    verdict: Literal["accept", "reject", "inconclusive", "failed"]
-    motion: str | None
-    identity: str | None
-    score: float | None
-    window_correlation_mean: float | None
-    window_correlation_max: float | None
-    window_correlation_min: float | None
-    window_correlation_sd: float | None
-    correlation: float | None
-    gain_ratio: float | None
-    gain_sd: float | None
-    phase_residual_rad: float | None
-    excitation_rad: float | None
-    cover: float | None
-    decoder: str | None
-    frames: int | None
-    tracked: int | None
-    seconds: float
-    codes: list[str]
-    reason: str | None
-    error: str | None
-    fault: Literal["film"] | None
-    again: Literal[False]
-    sealed: list[str] | None = None

@@ -2,7 +2,7 @@
 
 Convention: films without a score (they failed, or nothing could be measured) are counted separately; in figures over
     all films they rank lowest, since no threshold accepts them.  Means, standard deviations, t and d are over films
-    with a score.  A group with films of one kind only is compared with all films of the other kind.
+    with a score.
 
 Convention: terms of ISO/IEC 30107-3.  An attack is a forged film, and its kind is in the label; APCER is the share of
     the films of a kind that were accepted, BPCER that of the genuine ones rejected.  Inconclusive or failed films have
@@ -82,7 +82,6 @@ def _figures(scored: list[ScoredFilm], seed: int) -> Document:
     forged = [one for one in scored if not one.entry.genuine]
     a, b = scores_of(genuine), scores_of(forged)
     kinds = list(dict.fromkeys((one.entry.group, one.entry.label) for one in scored))
-    groups = list(dict.fromkeys(one.entry.group for one in scored))
     return {
         "failed": sum(one.row["verdict"] == "failed" for one in scored),
         "without_score": int(np.isneginf(np.concatenate([a, b])).sum()),
@@ -98,7 +97,6 @@ def _figures(scored: list[ScoredFilm], seed: int) -> Document:
             {"group": group, "label": label} | _group([o for o in scored if _kind(o) == (group, label)])
             for group, label in kinds
         ],
-        "by_group": [_compared(group, scored) for group in groups] if len(groups) > 1 else [],
     }
 
 
@@ -246,31 +244,6 @@ def _group(scored: list[ScoredFilm]) -> Document:
         "sd": float(scores.std(ddof=1)) if len(scores) > 1 else None,
         **dict(zip(names, five, strict=True)),
         "verdicts": _verdicts(scored),
-    }
-
-
-def _compared(group: str, scored: list[ScoredFilm]) -> Document:
-    """AUC and effect size of one group, compared with all films of the kind that it does not have."""
-    sides, against = {}, "its own"
-    for genuine, other in ((True, "all genuine"), (False, "all forged")):
-        kind = [one for one in scored if one.entry.genuine == genuine]
-        own = [one for one in kind if one.entry.group == group]
-        if not own:
-            against = other
-        sides[genuine] = scores_of(own or kind)
-    a, b = sides[True], sides[False]
-    found: Document = {"group": group, "against": against, "genuine": len(a), "forged": len(b)}
-    if not len(a) or not len(b):
-        return found | {"auc": None, "auc_interval": None, "welch": None, "cohens_d": None}
-    auc = statistics.area(statistics.roc(a, b))
-    a, b = a[np.isfinite(a)], b[np.isfinite(b)]
-    test = statistics.welch(a, b)
-    d = statistics.cohens_d(a, b)
-    return found | {
-        "auc": auc,
-        "auc_interval": statistics.area_interval(auc, len(sides[True]), len(sides[False])),
-        "welch": asdict(test) if test else None,
-        "cohens_d": d,
     }
 
 

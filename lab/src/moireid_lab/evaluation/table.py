@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from typing import Any
 
 from moireid_lab.evaluation.summary import VERDICTS
 from moireid_lab.evaluation.text_table import table_lines
 
 Document = dict[str, Any]
-WIDTH = 26
+WIDTH, KINDS = 26, ("genuine", "forged")
 #: Most failed films that are listed.
 LISTED = 10
 
@@ -20,7 +20,6 @@ def table(document: Document) -> str:
     for name, figures in document["pipelines"].items():
         lines += ["", f"{name}: {figures['score']}", *_groups(figures["groups"])]
     lines += ["", *_side_by_side(document), *_attacks(document["pipelines"])]
-    lines += [*_by_group(document["pipelines"])]
     lines += _failed(document["rows"])
     return "\n".join(lines)
 
@@ -49,58 +48,44 @@ def _table(heading: str, rows: Iterable[tuple[str, Sequence[str]]], names: Colle
     return list(table_lines(shown, columns))
 
 
+#: Figures of a pipeline, each by its name: where it is; the paper's own, where it has it.
+ROWS = {
+    "films without a score": "without_score",
+    "AUC of films with a score": "scored_films.auc",
+    "AUC of all films (no score: the lowest)": "all_films.auc",
+    "EER of films with a score": "scored_films.eer",
+    "EER of all films": "all_films.eer",
+    "threshold of greatest accuracy": "scored_films.best_threshold.threshold",
+    "  accuracy there (on these very films)": "scored_films.best_threshold.accuracy",
+    "  balanced accuracy": "scored_films.best_threshold.balanced_accuracy",
+    "accuracy at its own limit, all films": "at_limit.accuracy",
+    "  balanced accuracy there": "at_limit.balanced_accuracy",
+    "Cllr, bits (0 best; 1 no information)": "likelihood_ratio.cllr",
+    "  least, if calibrated here (PAV)": "likelihood_ratio.cllr_min",
+    "  lost by calibration": "likelihood_ratio.calibration_loss",
+    "  genuine films, ratio on the wrong side": "likelihood_ratio.misleading.genuine",
+    "  forged films, ratio on the wrong side": "likelihood_ratio.misleading.forged",
+    "genuine less forged, means (Welch)": "scored_films.welch.difference",
+    "  Welch's t": "scored_films.welch.t",
+    "  p": "scored_films.welch.p",
+    "Cohen's d": "scored_films.cohens_d",
+}
+ROWS |= {f"{kind} films: {verdict}": f"verdicts.{kind}.{verdict}" for kind in KINDS for verdict in VERDICTS}
+
+
 def _side_by_side(document: Document) -> list[str]:
     """The figures of each pipeline in one column, and those of the paper next to them."""
     pipelines, paper = list(document["pipelines"].values()), document["paper"]
-    rows: list[tuple[str, Sequence[str]]] = []
-
-    def line(name: str, cell: Callable[[Document], str], of_paper: str = "") -> None:
-        rows.append((name, [*map(cell, pipelines), of_paper]))
-
-    def ranged(part: str, name: str) -> Callable[[Document], str]:
-        return lambda p: _ranged(p[part].get(name), p[part].get(f"{name}_interval"))
-
-    def rate(kind: str, verdict: str) -> Callable[[Document], str]:
-        return lambda p: _rate(p["verdicts"][kind][verdict])
-
-    def misled(kind: str) -> Callable[[Document], str]:
-        return lambda p: _misled(p, kind)
-
-    def window(kind: str) -> Callable[[Document], str]:
-        return lambda p: _spread(p["window_correlation"][kind])
-
-    for kind in ("genuine", "forged"):
-        line(f"{kind} films: |rho| over 30 frames", window(kind), _spread(paper[kind]))
-    line("films without a score", lambda p: str(p["without_score"]))
-    line("AUC of films with a score", ranged("scored_films", "auc"), str(paper["auc"]))
-    line("AUC of all films (no score: the lowest)", ranged("all_films", "auc"))
-    line("EER of films with a score", ranged("scored_films", "eer"))
-    line("EER of all films", ranged("all_films", "eer"))
-    line("threshold of greatest accuracy", lambda p: _number(_best(p).get("threshold")))
-    line(
-        "  accuracy there (on these very films)",
-        lambda p: _ranged(_best(p).get("accuracy"), _best(p).get("accuracy_interval")),
-    )
-    line("  balanced accuracy", lambda p: _number(_best(p).get("balanced_accuracy")))
-    line(
-        "accuracy at its own limit, all films",
-        lambda p: _ranged(p["at_limit"]["accuracy"], p["at_limit"]["accuracy_interval"]),
-    )
-    line("  balanced accuracy", lambda p: _number(p["at_limit"]["balanced_accuracy"]))
-    line("Cllr, bits (0 best; 1 no information)", lambda p: _ranged(_ratio(p, "cllr"), _ratio(p, "cllr_interval")))
-    line("  least, if calibrated here (PAV)", lambda p: _number(_ratio(p, "cllr_min")))
-    line("  lost by calibration", lambda p: _number(_ratio(p, "calibration_loss")))
-    for kind in ("genuine", "forged"):
-        line(f"  {kind} films, ratio on the wrong side", misled(kind))
-    line(
-        "genuine less forged, means (Welch)", lambda p: _ranged(_welch(p).get("difference"), _welch(p).get("interval"))
-    )
-    line("  Welch's t (df)", lambda p: f"{_number(_welch(p).get('t'))} ({_number(_welch(p).get('df'))})")
-    line("  p", lambda p: "-" if _welch(p).get("p") is None else f"{_welch(p)['p']:.2g}")
-    line("Cohen's d", ranged("scored_films", "cohens_d"))
-    for kind in ("genuine", "forged"):
-        for verdict in VERDICTS:
-            line(f"{kind} films: {verdict}", rate(kind, verdict))
+    rows: list[tuple[str, Sequence[str]]] = [
+        (
+            f"{kind} films: |rho| over 30 frames",
+            [*(_spread(one["window_correlation"][kind]) for one in pipelines), _spread(paper[kind])],
+        )
+        for kind in KINDS
+    ]
+    for name, place in ROWS.items():
+        shown = str(paper["auc"]) if place == "scored_films.auc" else ""
+        rows.append((name, [*(_shown(one, place) for one in pipelines), shown]))
     missing = "; ".join(
         f"{name}: {figures['scored_films']['missing']}"
         for name, figures in document["pipelines"].items()
@@ -108,6 +93,23 @@ def _side_by_side(document: Document) -> list[str]:
     )
     names = (*document["pipelines"], "paper, other films")
     return _table("95 % intervals in brackets", rows, names) + ([missing] if missing else [])
+
+
+def _shown(pipeline: Document, place: str) -> str:
+    """A figure with its interval, where it has one; a dash where there is none."""
+    *path, last = place.split(".")
+    found: Document = pipeline
+    for part in path:
+        found = found.get(part) or {}
+    value = found.get(last)
+    if isinstance(value, dict):
+        return _rate(value)
+    if value is None or isinstance(value, int):
+        return "-" if value is None else str(value)
+    within = found.get(f"{last}_interval")
+    return (
+        f"{value:.3g}" if last == "p" else f"{value:.3f}" + (f" [{within[0]:.3f}, {within[1]:.3f}]" if within else "")
+    )
 
 
 def _attacks(pipelines: dict[str, Document]) -> list[str]:
@@ -124,20 +126,6 @@ def _attacks(pipelines: dict[str, Document]) -> list[str]:
     return ["", *_table("ISO/IEC 30107-3, shares of all films", rows, pipelines)]
 
 
-def _by_group(pipelines: dict[str, Document]) -> list[str]:
-    """AUC of each group; films without a score rank lowest."""
-    groups = [figures["by_group"] for figures in pipelines.values()]
-    rows = [
-        (f"  {row['group'][:WIDTH]}, against {row['against']}", [_area(of[k]) for of in groups])
-        for k, row in enumerate(groups[0])
-    ]
-    return ["", *_table("AUC by group (all films)", rows, pipelines)] if rows else []
-
-
-def _area(found: Document) -> str:
-    return _ranged(found.get("auc"), found.get("auc_interval"))
-
-
 def _failed(rows: list[Document]) -> list[str]:
     """The films that could not be scored, and why."""
     failed = [row for row in rows if row["verdict"] == "failed"]
@@ -146,33 +134,8 @@ def _failed(rows: list[Document]) -> list[str]:
     return ["", "failed:", *lines, *more] if failed else []
 
 
-def _ratio(pipeline: Document, name: str) -> Any:
-    return (pipeline["likelihood_ratio"] or {}).get(name)
-
-
-def _misled(pipeline: Document, kind: str) -> str:
-    found = _ratio(pipeline, "misleading")
-    return _rate(found[kind]) if found else "-"
-
-
-def _best(pipeline: Document) -> Document:
-    return pipeline["scored_films"].get("best_threshold") or {}
-
-
-def _welch(pipeline: Document) -> Document:
-    return pipeline["scored_films"].get("welch") or {}
-
-
 def _spread(cell: Document) -> str:
     return "-" if cell["mean"] is None else f"{cell['mean']:.3f} ± {cell['sd']:.3f}"
-
-
-def _number(value: float | None) -> str:
-    return "-" if value is None else f"{value:.3f}"
-
-
-def _ranged(value: float | None, found: list[float] | None) -> str:
-    return _number(value) + (f" [{found[0]:.3f}, {found[1]:.3f}]" if found else "")
 
 
 def _rate(cell: Document) -> str:

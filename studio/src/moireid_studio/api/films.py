@@ -18,10 +18,9 @@ from fastapi.concurrency import run_in_threadpool
 from fastapi.responses import JSONResponse, Response, StreamingResponse
 from pydantic import BaseModel
 
-from moireid import __version__
 from moireid.verifier.report.report_page import render_page
 from moireid_studio.api.schema import IDENTIFICATION, REPORT, answers, form
-from moireid_studio.auth.guard import Visitor, anyone, require
+from moireid_studio.auth.guard import Visitor, require
 from moireid_studio.auth.tokens import Role
 from moireid_studio.checks import IDENTIFY_FIELDS, KINDS, VERIFY_FIELDS, start_job
 from moireid_studio.jobs.child import STOPPED
@@ -40,13 +39,6 @@ JobId = Annotated[str, InPath(pattern="^[0-9a-f]{32}$", description="As the answ
 UPLOAD = problem_responses(400, 401, 403, 404, 408, 409, 413, 415, 422, 503)
 #: Errors after a film was received: the film's fault, or the machine's.
 OUR_FAULT = frozenset({"stopped", "system", "storage", "registry"})
-
-
-class Health(BaseModel):
-    """Whether the studio is up."""
-
-    status: Literal["ok"]
-    moireid: str
 
 
 class Frames(BaseModel):
@@ -111,12 +103,6 @@ async def events_of(jobs: Jobs, job: Job) -> AsyncIterator[str]:
     async for now, last in jobs.changes(job):
         said = json.dumps({"state": now.state, "read": now.frames[0], "expected": now.frames[1]})
         yield f"event: {'end' if last else 'progress'}\ndata: {said}\n\n"
-
-
-@router.get("/health", dependencies=[anyone])
-def health() -> Health:
-    """Whether the studio is up."""
-    return Health(status="ok", moireid=__version__)
 
 
 @router.post(

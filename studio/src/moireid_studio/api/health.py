@@ -6,6 +6,7 @@ from fastapi import APIRouter, Request
 from fastapi.responses import JSONResponse, Response
 from pydantic import BaseModel
 
+from moireid import __version__
 from moireid_studio.auth.guard import anyone, require
 from moireid_studio.studio import studio_of
 
@@ -23,7 +24,7 @@ class Readiness(BaseModel):
 @router.get("/healthz", dependencies=[anyone])
 async def alive() -> dict[str, str]:
     """Whether the process answers at all; it asks nothing else, so that it is not restarted for another's fault."""
-    return {"status": "ok"}
+    return {"status": "ok", "moireid": __version__}
 
 
 @router.get("/readyz", dependencies=[anyone], responses={503: {"model": Readiness, "description": "not ready"}})

@@ -26,8 +26,8 @@ from moireid_studio.studio import studio_of
 router = APIRouter(prefix="/api/badges", route_class=ShortRoute, responses=problem_responses(401, 403, 422))
 Issuer = Annotated[Visitor, require("issuer")]
 BadgeId = Annotated[str, Path(pattern="^[0-9a-fA-F]{4,64}$", description="A badge's identity, hex digits.")]
-KINDS = ("badge", "event", "capture", "build")
-FILES = {"assembly.pdf": "application/pdf", "mount.glb": "model/gltf-binary", "stack.glb": "model/gltf-binary"}
+KINDS = ("badge", "event", "capture")
+FILES = {"assembly.pdf": "application/pdf", "mount.glb": "model/gltf-binary"}
 
 
 class LinkPoint(BaseModel):
@@ -179,9 +179,7 @@ def preview(request: Request, job_id: JobId, visitor: Issuer) -> Response:
     responses=problem_responses(404) | {200: {"content": {kind: {} for kind in FILES.values()}}},
     response_class=Response,
 )
-def one_file(
-    request: Request, job_id: JobId, visitor: Issuer, name: Literal["assembly.pdf", "mount.glb", "stack.glb"]
-) -> Response:
+def one_file(request: Request, job_id: JobId, visitor: Issuer, name: Literal["assembly.pdf", "mount.glb"]) -> Response:
     """One of the files of a badge that a job has made: how it is built, or the parts of its mount in 3D."""
     found = studio_of(request).jobs.find(job_id, visitor.id, "badge")
     return Response(file_of(found, name), media_type=FILES[name])

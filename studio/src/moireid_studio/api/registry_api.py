@@ -1,4 +1,4 @@
-"""The registry by API: who holds which badge; issuers revoke and audit.  For admins: the verdicts that were given."""
+"""The registry by API: who holds which badge; issuers revoke and audit."""
 
 from __future__ import annotations
 
@@ -12,18 +12,14 @@ from pydantic import BaseModel, Field
 from moireid_studio.auth.guard import Visitor, require
 from moireid_studio.forms import ShortRoute
 from moireid_studio.problems import Refusal, problem_responses
-from moireid_studio.store.verdict_store import StoredVerdict
 from moireid_studio.studio import studio_of
 
 router = APIRouter(prefix="/api/registry", route_class=ShortRoute)
-verdicts_router = APIRouter(prefix="/api/verdicts")
-
 Reader = Annotated[Visitor, require("issuer", "verifier")]
 Issuer = Annotated[Visitor, require("issuer")]
 BadgeId = Annotated[str, InPath(pattern="^[0-9a-fA-F]{4,64}$")]
-Admin = Annotated[Visitor, require("admin")]
-#: Records, and verdicts, of one answer.
-MOST, MOST_VERDICTS = 100, 500
+#: Records of one answer.
+MOST = 100
 
 
 class RecordSummary(BaseModel):
@@ -152,22 +148,3 @@ def revoke(request: Request, badge_id: BadgeId, why: Reason, visitor: Issuer) ->
 def audit(request: Request, noted: NotedHead, visitor: Issuer) -> AuditSummary:
     """Hold every signature and the whole log against each other."""
     return AuditSummary(**studio_of(request).audit(noted.expected_head).to_json())
-
-
-class VerdictList(BaseModel):
-    """Verdicts, the newest first; neither films nor names are kept.  `keep_days`: so long each is kept."""
-
-    keep_days: float
-    verdicts: list[StoredVerdict]
-
-
-@verdicts_router.get("", responses=problem_responses(401, 403, 422))
-def given(
-    request: Request,
-    visitor: Admin,
-    limit: Annotated[int, Query(ge=1, le=MOST_VERDICTS)] = 100,
-    before: Annotated[int | None, Query(ge=1, description="Only those of a lower number: the next page.")] = None,
-) -> VerdictList:
-    """Who asked, of which film, with which claim, and what came out."""
-    studio = studio_of(request)
-    return VerdictList(keep_days=studio.settings.keep_verdicts_days, verdicts=studio.verdicts.given(limit, before))

@@ -42,18 +42,9 @@ data_option = click.option(
 state_option = click.option(
     "--state",
     metavar="URL",
-    help="A PostgreSQL database in place of files in the folder, for tokens, links and verdicts.",
+    help="A PostgreSQL database in place of files in the folder, for tokens and links.",
 )
 
-keep_verdicts_option = click.option(
-    "--keep-verdicts",
-    "keep_verdicts",
-    type=FiniteRange(0, 36500),
-    default=365.0,
-    show_default=True,
-    metavar="DAYS",
-    help="How long it is kept which verdicts were given to whom; 0 keeps none.",
-)
 log_option = click.option(
     "--log",
     type=click.Choice(["text", "json"]),
@@ -89,7 +80,6 @@ unsealed_option = click.option(
 )
 @registry_option
 @trust_option
-@keep_verdicts_option
 @click.option(
     "--keep-days",
     type=FiniteRange(0.001, 3650),
@@ -154,7 +144,6 @@ def serve_command(
     public_url: str | None,
     registry_url: str | None,
     trust: str | None,
-    keep_verdicts: float,
     keep_days: float,
     disk_gb: float,
     uploads_per_minute: int,
@@ -212,7 +201,6 @@ def serve_command(
         not no_auth,
         limits,
         trust,
-        keep_verdicts,
         state=state,
         scheduler=scheduler,
         worker_url=worker_url or f"http://127.0.0.1:{bound.getsockname()[1]}",

@@ -9,28 +9,16 @@ import signal
 import sys
 import threading
 from collections.abc import Iterator
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from moireid.cli.common import (
-    VERDICT_EXIT,
-    FiniteRange,
-    actor_option,
-    focal_option,
-    friendly,
-    overwrite_option,
-    say,
-    show_json,
-)
-from moireid.cli.enroll_cmd import check_replace, reason_option, replace_option
+from moireid.cli.common import VERDICT_EXIT, FiniteRange, focal_option, friendly, say, show_json
 from moireid.cli.verify.verify_cmd import show_verdict
 from moireid.cli.verify.verify_options import ClaimWish, claim_options, level_option
-from moireid.errors import SpecError
-from moireid_studio.commands.watch_display import json_line, live_display
+from moireid_studio.commands.watch_display import LiveLines, json_line
 
 if TYPE_CHECKING:
     from moireid.question import CheckLevel, Question
@@ -62,28 +50,6 @@ OPTIONS = (
         help="Share of the stream that the last verdict must be of, 0 to 1; with less it is inconclusive.",
     ),
     level_option,
-    click.option(
-        "--enroll",
-        is_flag=True,
-        help="With --challenge: keep what an accepted check measured of the badge as its figures of enrolment, with "
-        "the note that it followed prompts. The registry must hold the badge.",
-    ),
-    replace_option,
-    reason_option,
-    actor_option,
-    click.option(
-        "--receipt",
-        "receipt_file",
-        type=click.Path(path_type=Path, dir_okay=False),
-        help="With --challenge: write here who was checked, when, and what came out.",
-    ),
-    overwrite_option,
-    click.option(
-        "--about",
-        type=click.Path(path_type=Path, dir_okay=False, exists=True),
-        metavar="FILM",
-        help="With --receipt: the film that the person is asked about; the receipt names it by its SHA-256.",
-    ),
     focal_option,
     click.option(
         "--json",
@@ -104,13 +70,6 @@ class WatchWish:
     seconds: float
     cover_share: float
     level: CheckLevel | None
-    enroll: bool
-    replace: bool
-    reason: str | None
-    actor: str | None
-    receipt_file: Path | None
-    overwrite: bool
-    about: Path | None
     focal_px: float | None
     as_json: bool
 
@@ -146,56 +105,20 @@ def watch_command(**given: Any) -> None:
 
     Exit code of the last verdict: 0: accepted; 1: rejected; 3: inconclusive. 2: bad input, or no picture came.
     """
-    from moireid.verifier.report.live_receipt import film_asked
-    from moireid_studio.commands.watch_kept import check_enrollable, enroll, write_receipt
     from moireid_studio.watch.source import check_prompts, source_of
 
     wish = WatchWish(**given)
-    _check_kept(wish)
-    film = film_asked(wish.about) if wish.about is not None else None
-    if film is not None:
-        say(
-            f"about the film {film.name}: let the person follow the prompts only if it is theirs and they agree with it"
-        )
     source = source_of(wish.source)
     if wish.challenge:
         check_prompts(source)
     with wish.wish.asked() as (found, look_up):
-        if wish.enroll:
-            check_enrollable(found)
         document = _watched(wish, source, found)
         known = look_up(document)
-        figures = document.pop("as_built", None)
     if wish.as_json:
         show_json(document)
     else:
         _show(document, known, source)
-    if wish.receipt_file is not None:
-        write_receipt(wish.receipt_file, document, found, film)
-    if wish.enroll:
-        measured = figures if document["challenged"] and document["verdict"] == "accept" else None
-        enroll(found.badge, measured, wish.wish.registry_url, wish.actor, wish.reason)
     sys.exit(VERDICT_EXIT[document["verdict"]])
-
-
-def _check_kept(wish: WatchWish) -> None:
-    """Raise SpecError where options for what is kept do not go together."""
-    from moireid.files import planned
-
-    check_replace(wish.replace, wish.reason, "--enroll", wish.enroll)
-    if wish.enroll and not wish.challenge:
-        raise SpecError("--enroll keeps what a live check measured; give --challenge too")
-    if wish.enroll and (wish.level == "enrolled" or wish.receipt_file is not None):
-        raise SpecError(
-            "--enroll measures figures, and compares the badge with none; leave out --level enrolled and --receipt, "
-            "and make another check for these"
-        )
-    if wish.about is not None and wish.receipt_file is None:
-        raise SpecError("--about FILM is written into a receipt; give --receipt FILE too")
-    if wish.receipt_file is not None and not wish.challenge:
-        raise SpecError("--receipt is of a live check; give --challenge too")
-    if wish.receipt_file is not None:
-        planned([wish.receipt_file], overwrite=wish.overwrite, kept=[*wish.wish.files, wish.about])
 
 
 def _watched(wish: WatchWish, source: Source, found: Question) -> dict[str, Any]:
@@ -209,9 +132,9 @@ def _watched(wish: WatchWish, source: Source, found: Question) -> dict[str, Any]
     prompts = draw_prompts(0.0) if wish.challenge else None
     camera = None if wish.focal_px is None else KnownCamera(wish.focal_px)
     question = replace(found, camera=camera, cover_share=wish.cover_share, level=wish.level)
-    order = WatchOrder(source, question.without_figures() if wish.enroll else question, prompts)
-    with _stopped() as stop, nullcontext(json_line) if wish.as_json else live_display(source.shown) as show:
-        document = watch(order, wish.seconds, stop, show)
+    order = WatchOrder(source, question, prompts)
+    with _stopped() as stop:
+        document = watch(order, wish.seconds, stop, json_line if wish.as_json else LiveLines().show)
     sealed = tuple(document["sealed"])
     if (lacking := missing(sealed)) is not None:
         say(f"note: the process that read the stream {lacking}: this system has no means against that")

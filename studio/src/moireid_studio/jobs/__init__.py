@@ -7,7 +7,6 @@ claims.py      what a job's process gets: the claimed badge, and what the regist
 child.py       the process for each job, and checks of what it says
 task.py        a piece of work, and what its process may ask of the registry
 work.py        what a film's process does, sealed
-build_round.py one round of a first badge, in such a process
 issue_work.py  what the process does that makes badges and issues them
 orders.py      a visitor's orders, checked as by the command
 lists.py       lists of people: the badge of each row, with its pictures

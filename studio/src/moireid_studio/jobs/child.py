@@ -51,7 +51,7 @@ def run_task(
     if task.kind in ORDERS:
         child = orders.fork(limits, task.folder)
     else:
-        child = films.fork(limits, task.folder, within=reach(read=[task.folder / task.video], write=task.write))
+        child = films.fork(limits, task.folder, within=reach(read=[task.folder / task.video]))
     try:
         child.send(task, wall_s)
         _listen(child, handle, wall_s, stopping)

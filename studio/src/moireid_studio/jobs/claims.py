@@ -30,8 +30,8 @@ MOST_LAWS = 8
 
 @dataclass(frozen=True)
 class PreparedJob:
-    """What a job's process gets: order, laws, arguments and write as in `Task`; people: whom it may ask about, and how
-    often; found: the claimed badge, standing: of the registry, each None where there is none.
+    """What a job's process gets: order, laws and arguments as in `Task`; people: whom it may ask about, and how often;
+    found: the claimed badge, standing: of the registry, each None where there is none.
     """
 
     order: Order | None = None
@@ -41,7 +41,6 @@ class PreparedJob:
     questions: int = 0
     found: Question | None = None
     standing: Standing | None = None
-    write: tuple[Path, ...] = ()
 
 
 def prepared(job: Job, registry: Registry, trust: str | None, maker: Callable[[], Mapping[str, Any]]) -> PreparedJob:

@@ -166,7 +166,7 @@ class Cluster:
         Raises: JobFailure; what `handle` raised; OSError.
         """
         token, run = secrets.token_urlsafe(32), Run(task.folder / task.video, begin, handle)
-        there = replace(task, folder=Path(), write=())
+        there = replace(task, folder=Path())
         remote = RemoteTask(there, limits, wall_s, self._url, token, program_digest(), self._unsealed)
         self._runs[token] = run
         try:

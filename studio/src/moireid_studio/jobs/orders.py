@@ -162,9 +162,6 @@ def read_fields(model: type[Any], given: Mapping[str, Any]) -> Any:
 LABELS = {
     "lens": "lens sheet",
     "lens_thickness_mm": "sheet thickness",
-    "thickness_mm": "sheet thickness",
-    "distance_m": "distance of the phone",
-    "focal_px": "focal length",
     "printer_dpi": "printer resolution",
     "near_m": "nearest camera",
     "far_m": "farthest camera",

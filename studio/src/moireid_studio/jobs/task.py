@@ -34,8 +34,7 @@ class Task:
     """What to do, with the film of that name in its folder.
 
     kind: a key of `issue_work.WORK`, or of a film; order: what is read of a film; laws: that the server has traced
-    already, as tracing one there would take a third of a second; arguments: of other work; write: folders that it may
-    write to.
+    already, as tracing one there would take a third of a second; arguments: of other work.
     """
 
     kind: str
@@ -44,7 +43,6 @@ class Task:
     order: Order | None = None
     laws: Sequence[Law] = ()
     arguments: dict[str, Any] = field(default_factory=dict)
-    write: tuple[Path, ...] = ()
 
 
 #: An honest film asks, for each layout: is the id that was read enrolled?  Or: which ids are alike, and is the one that

@@ -17,7 +17,6 @@ import moireid.verifier.session.capture
 import moireid.verifier.session.identify  # noqa: F401 - loaded ahead
 from moireid.lenticule import know_law
 from moireid.sandbox.child import Talk
-from moireid_studio.jobs import build_round  # noqa: F401 - loaded ahead
 from moireid_studio.jobs.task import Task
 
 

@@ -82,7 +82,6 @@ class Doer:
         ledger: Ledger,
         limits: Limits,
         prepare: Callable[[Job], PreparedJob],
-        note: Callable[[Job], None],
         *,
         registry: Registry | None = None,
         metrics: Metrics | None = None,
@@ -92,14 +91,12 @@ class Doer:
 
         Parameters
         ----------
-        note
-            Writes the verdict of a job down, and nothing where it did so before.
         registry
             Says what else is known of a badge that was found.
         cluster
             Judges films in the place of this machine.
         """
-        self.prepare, self._note = prepare, note
+        self.prepare = prepare
         self.ledger, self.limits, self.cluster = ledger, limits, cluster
         self._registry, self.metrics = registry, metrics or Metrics()
         memory = limits.memory_bytes + PROCESSOR_BYTES * (os.cpu_count() or 1)
@@ -122,12 +119,10 @@ class Doer:
             logging.getLogger(__name__).exception("a job failed inside moireid")
             problem = BROKEN
         # A finished verdict counts, even if its report could not be drawn.
-        if job.result is not None:
-            self._write_down(job)
-        elif problem is not None and problem[0] == "stopped":
-            self.ledger.give_back(job)
-            return
-        else:
+        if job.result is None:
+            if problem is not None and problem[0] == "stopped":
+                self.ledger.give_back(job)
+                return
             job.problem = problem or ("crash", "The process that read this film ended without a result.")
             job.bytes = 0
         if self.ledger.settle(job) and job.result is not None:
@@ -138,13 +133,6 @@ class Doer:
         self.metrics.working.labels(job.kind).observe(time.monotonic() - begun_s)
         self.metrics.ended.labels(job.kind, "failed" if job.problem else "done").inc()
 
-    def _write_down(self, job: Job) -> None:
-        """Note a verdict; one that cannot be noted is given all the same."""
-        try:
-            patiently(lambda: self._note(job))
-        except RegistryError as error:
-            _log.error("a verdict could not be written down: %s", error)
-
     def _work(self, job: Job, stopping: Callable[[], bool]) -> tuple[str, str] | None:
         """Let a job's process do its work; returns what was wrong, as code and sentence."""
         if not (job.folder / job.video).is_file():
@@ -152,10 +140,8 @@ class Doer:
         try:
             ready = patiently(lambda: self.prepare(job), stopping=stopping)
             _know(job, ready)
-            said, task = (
-                WorkerMessages(job, ready),
-                Task(job.kind, job.folder, job.video, ready.order, ready.laws, ready.arguments, ready.write),
-            )
+            task = Task(job.kind, job.folder, job.video, ready.order, ready.laws, ready.arguments)
+            said = WorkerMessages(job, ready)
             said.begin()
             handle = partial(self._handle, said)
             if self.cluster is not None and job.kind in JUDGED:

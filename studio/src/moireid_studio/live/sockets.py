@@ -227,7 +227,6 @@ async def _events(connection: WebSocket, child: Child, asked: SessionRequest, pr
             if event.get("event") == "verdict":
                 event = own_words(event, asked, prompted=prompted.is_set(), sealed=child.sealed or ())
                 figures = event.pop("as_built", None)
-                await run_in_threadpool(_note, studio_of(connection), asked, event)
                 if figures is not None:
                     event["review"] = await run_in_threadpool(_review, studio_of(connection), asked, figures)
                 event["headline"] = await run_in_threadpool(_headline, studio_of(connection), event, asked)
@@ -278,13 +277,6 @@ def _review(studio: Studio, asked: SessionRequest, figures: object) -> str:
         job.result = {"kind": "capture", "id": found.badge_id, "as_built": json.loads(found.to_json())}
         studio.jobs.finish(job)
     return f"/enroll/{job.id}"
-
-
-def _note(studio: Studio, asked: SessionRequest, event: dict[str, Any]) -> None:
-    """Write down the verdict of a session."""
-    found, standing = asked.found, asked.found.provenance.standing
-    about = {"film_sha256": None, "claim": found.badge.id, "claim_source": found.provenance.source}
-    studio.note_verdict(asked.asked_by, asked.kind, event, **about, standing=standing)
 
 
 async def _send(child: Child, message: Any) -> None:

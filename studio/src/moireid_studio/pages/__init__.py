@@ -5,6 +5,5 @@ verify.py          a film and its verdict; errors as pages or JSON
 registry_pages.py  records, revoking, audit; verdicts that were given
 issue_pages.py     one person, or an event
 materials.py       what to buy for badges, and how to cut it
-first_badge.py     a first badge, from the sheet to the measured badge
 enroll.py          a capture, measured, then kept
 """

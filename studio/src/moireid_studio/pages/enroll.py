@@ -1,6 +1,6 @@
 """The Enroll pages: a film of a finished badge, what was measured of it, and keeping that.
 
-`measured_words` gives the figures of a capture in words and as places on small scales.
+`measured_words` gives the figures of a capture in words.
 
 Convention: as `AsBuilt`; each figure with two standard deviations, and the range in which a badge of this design works.
 Source: a sheet that is d to the right turns the phase by 2 pi d / p_f; the phase is that of the light, and a dark line
@@ -41,32 +41,14 @@ SD = 2.0
 
 @dataclass(frozen=True)
 class FigureRow:
-    """One figure: value, error (two standard deviations) and range in one unit, and its sentence.
-
-    low, high: ends of the scale that it is drawn on; wanted: as designed.
-    """
+    """One figure with its error (two standard deviations), whether it is within the range in which a badge of this
+    design works, and its sentence."""
 
     label: str
     value: float
     error: float
-    low: float
-    high: float
-    wanted: float
-    unit: str
+    within: bool
     text: str
-
-    @property
-    def within(self) -> bool:
-        """Whether the value is on its scale."""
-        return self.low <= self.value <= self.high
-
-    def end(self, value: float) -> str:
-        """An end of the scale, as its label says it."""
-        return f"{value:.3g}{' mm' if self.unit == 'mm' else self.unit}".replace("-", "−")
-
-    def place(self, value: float) -> float:
-        """Where a value is on the scale, 0 to 1; beyond its ends at the end."""
-        return min(max((value - self.low) / (self.high - self.low), 0.0), 1.0)
 
 
 def measured_words(found: AsBuilt, badge: Badge) -> list[FigureRow]:
@@ -77,46 +59,35 @@ def measured_words(found: AsBuilt, badge: Badge) -> list[FigureRow]:
     pitch_mm = badge.lens.pitch_mm
     grating = next(grating for grating in badge.gratings if grating.code)
     assert grating.code is not None
-    designed = 1 / grating.cells[grating.code.reference_cell].pitch_mm - 1 / pitch_mm
-    slack = PITCH_TOLERANCE / pitch_mm
-    longest, shortest = 1 / max(abs(designed) - slack, 1e-3), 1 / (abs(designed) + slack)
+    designed = abs(1 / grating.cells[grating.code.reference_cell].pitch_mm - 1 / pitch_mm)
     beat, beat_error = found.beat_period_mm, SD * found.beat_frequency_sd * found.beat_period_mm**2
     to_mm, to_deg = pitch_mm / (2 * math.pi), math.degrees(pitch_mm / (2 * math.pi))
-    offset = math.remainder(found.offset_rad + math.pi, 2 * math.pi) * to_mm
-    offset_error = SD * found.offset_sd * to_mm
+    offset, offset_error = math.remainder(found.offset_rad + math.pi, 2 * math.pi) * to_mm, SD * found.offset_sd * to_mm
     twist, twist_error = -found.twist_rad_per_mm * to_deg, SD * found.twist_sd * to_deg
     ways = ("right", "left") if grating.axis == "x" else ("lower side", "upper side")
-    side = ways[0] if offset >= 0 else ways[1]
+    low, high = ENROLLED_GAINS
     gain, gain_error = found.gain_ratio, SD * found.gain_sd
     return [
         FigureRow(
             "Beat",
             beat,
             beat_error,
-            shortest,
-            longest,
-            1 / abs(designed),
-            "mm",
+            abs(1 / beat - designed) <= PITCH_TOLERANCE / pitch_mm,
             f"The fringes of the reference row repeat every {beat:.2f} ± {beat_error:.2f} mm; the design has "
-            f"{1 / abs(designed):.2f} mm. The difference comes from errors of print scale and lens sheet.",
+            f"{1 / designed:.2f} mm. The difference comes from errors of print scale and lens sheet.",
         ),
         FigureRow(
             "Gain",
             gain,
             gain_error,
-            *ENROLLED_GAINS,
-            1.0,
-            "",
+            low <= gain <= high,
             f"They move {gain:.3f} ± {gain_error:.3f} times as far as the optics say.",
         ),
         FigureRow(
             "Twist",
             twist,
             twist_error,
-            -TWIST_DEG,
-            TWIST_DEG,
-            0.0,
-            "°",
+            abs(twist) <= TWIST_DEG,
             f"The lens sheet is turned by {abs(twist):.3f} ± {twist_error:.3f}° against the lines, "
             f"{'clockwise' if twist >= 0 else 'anticlockwise'}.",
         ),
@@ -124,12 +95,9 @@ def measured_words(found: AsBuilt, badge: Badge) -> list[FigureRow]:
             "Offset",
             offset,
             offset_error,
-            -pitch_mm / 2,
-            pitch_mm / 2,
-            0.0,
-            "mm",
+            True,
             f"The lens nearest to the board's middle lies {1000 * abs(offset):.0f} ± {1000 * offset_error:.0f} µm to "
-            f"its {side}. This is chance: any place is right, and in a copy the lens will lie elsewhere.",
+            f"its {ways[offset < 0]}. This is chance: any place is right, and in a copy the lens will lie elsewhere.",
         ),
     ]
 

@@ -54,12 +54,6 @@ NAVIGATION = (
         "Enroll a badge",
     ),
     Place(
-        "/first-badge",
-        "First badge",
-        "Build your first badge step by step, and learn what your sheet, printer and camera are.",
-        ("issuer",),
-    ),
-    Place(
         "/verify",
         "Verify",
         "Drop a film, name the person, and read the verdict with its reasons.",
@@ -88,7 +82,6 @@ NAVIGATION = (
     Place(
         "/registry", "Registry", "Look up who holds which badge, revoke one, and audit the log.", ("issuer", "verifier")
     ),
-    Place("/verdicts", "Verdicts", "See which verdicts this studio gave, when, and who asked.", ("admin",)),
     Place("/help", "Help", "How to film, what a verdict says and does not say, and the API."),
 )
 

@@ -24,7 +24,7 @@ from moireid.issuing import Package
 from moireid.names import line_of
 from moireid_studio.auth.guard import Visitor, require
 from moireid_studio.forms import Fields, picture_fields
-from moireid_studio.issue_jobs import MODELS, start_badge, start_event
+from moireid_studio.issue_jobs import start_badge, start_event
 from moireid_studio.jobs.lists import FOR_ALL, MOST_AT_AN_EVENT, picture_key, understood
 from moireid_studio.jobs.orders import CheckedOrder, checked, read_order
 from moireid_studio.pages.home import render
@@ -220,7 +220,7 @@ def issue_job(request: Request, job_id: str, visitor: Issuer) -> Response:
         return render(request, "making.html.j2", job=job, again=again, problem=problem)
     minutes = round(studio.settings.limits.keep_s / 60)
     made = job.result or {}
-    model = next((name for name in MODELS if name in made.get("files", ())), None)
+    model = "mount.glb" if "mount.glb" in made.get("files", ()) else None
     return render(request, "issued.html.j2", job=job, made=made, minutes=minutes, model=model)
 
 

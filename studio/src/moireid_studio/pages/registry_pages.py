@@ -1,6 +1,4 @@
-"""Registry: look a person up, see the record, suspend or revoke it with a reason, audit the whole.  Verdicts: what this
-studio gave, for admins.
-"""
+"""Registry: look a person up, see the record, suspend or revoke it with a reason, audit the whole."""
 
 from __future__ import annotations
 
@@ -9,7 +7,7 @@ from typing import Annotated
 from fastapi import APIRouter, Form, Query, Request
 from fastapi.responses import RedirectResponse, Response
 
-from moireid.registry import Record, Registry, holder_of
+from moireid.registry import Record, Registry
 from moireid_studio.auth.guard import Visitor, require
 from moireid_studio.forms import ShortRoute
 from moireid_studio.pages.home import render
@@ -17,20 +15,9 @@ from moireid_studio.problems import Refusal
 from moireid_studio.studio import studio_of
 
 router = APIRouter(prefix="/registry", include_in_schema=False, route_class=ShortRoute)
-verdicts_router = APIRouter(prefix="/verdicts", include_in_schema=False)
-
 Reader = Annotated[Visitor, require("issuer", "verifier")]
 Issuer = Annotated[Visitor, require("issuer")]
-Admin = Annotated[Visitor, require("admin")]
 SHOWN = 50
-#: Verdicts as people say them.
-WORDS = {
-    "accept": "accepted",
-    "reject": "rejected",
-    "inconclusive": "inconclusive",
-    "found": "holder found",
-    "nobody": "held by no one",
-}
 #: Log entries of a record that are shown, the newest.
 ENTRIES = 20
 
@@ -120,17 +107,3 @@ def _record(registry: Registry, badge_id: str) -> Record:
     if record is None:
         raise Refusal(404, "no_badge", "No badge of this id is in the registry.")
     return record
-
-
-@verdicts_router.get("")
-def given(request: Request, visitor: Admin, before: Annotated[int | None, Query(ge=1)] = None) -> Response:
-    """A page of verdicts, the newest first; whose a badge is, the registry says now."""
-    studio = studio_of(request)
-    found = studio.verdicts.given(SHOWN + 1, before)
-    notes = {token.id: token.note for token in studio.tokens.all()}
-    holders = {one.claim: holder_of(studio.registry, one.claim) for one in found}
-    rows = [(one, notes.get(one.token, ""), holders[one.claim]) for one in found[:SHOWN]]
-    more = found[SHOWN - 1].number if len(found) > SHOWN else None
-    return render(
-        request, "verdicts.html.j2", rows=rows, words=WORDS, more=more, keep_days=studio.settings.keep_verdicts_days
-    )

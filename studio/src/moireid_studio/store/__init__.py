@@ -3,7 +3,5 @@
 database.py       connections, the database's clock, outages, and the table of jobs
 job.py            a job, to a row and back
 ledger.py         the steps of a job, and how they are taken up after a crash
-build_store.py    first badges that are built here, each in a folder
 stored_pictures.py  pictures in archives
-verdict_store.py  which verdicts were given, and to whom
 """

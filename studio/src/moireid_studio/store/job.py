@@ -17,7 +17,7 @@ JOB_ID = re.compile("[0-9a-f]{32}")
 State = Literal["receiving", "waiting", "working", "done", "failed"]
 STATES: tuple[State, ...] = ("receiving", "waiting", "working", "done", "failed")
 #: Work that badges are made by, and the films and pictures of issuers: verifiers' films never come before it.
-ISSUE = frozenset({"badge", "event", "capture", "pictures", "build"})
+ISSUE = frozenset({"badge", "event", "capture", "pictures"})
 Lane = Literal["issue", "judge"]
 
 

@@ -1,4 +1,4 @@
-"""The fabricate suite, with its table and plot.
+"""The fabricate suite, with its table.
 
 Error against run time of what is printed: pages by form and resolution.
 
@@ -20,11 +20,7 @@ from moireid.designer import Order, design_badge
 from moireid.fabrication.page.pdf import write_badge_pdf
 from moireid.profiles import FORMS
 from moireid_lab.bench.bench_frame import Bench, Row, Wish
-from moireid_lab.bench.bench_plots import figure_of, plain
 from moireid_lab.bench.fabricate.calibration import calibration_figures
-from moireid_lab.bench.fabricate.mount_extremes import BUILT, extremes, extremes_table
-from moireid_lab.bench.fabricate.mount_extremes import COLUMNS as EXTREME_COLUMNS
-from moireid_lab.bench.fabricate.page_extremes import extreme_rows
 from moireid_lab.bench.fabricate.painted import painted_figures
 from moireid_lab.bench.fabricate.raster import RASTERS, paint
 
@@ -38,13 +34,11 @@ PHOTOGRAPHS = 40
 
 
 def rows(wish: Wish) -> Iterator[Row]:
-    """Pages, pages and mounts at the edge, and photographs of the pitch test."""
+    """Pages, and photographs of the pitch test."""
     quick = wish.quick
     for form in FORMS:
         for dpi in QUICK_DPI if quick else DPI:
             yield page_figures(form, dpi, wish.seed, QUICK_BADGES if quick else BADGES)
-    yield from extreme_rows(quick=quick)
-    yield from extremes(BUILT[:1] if quick else BUILT)
     yield {"photographs": calibration_figures(count=2 if quick else PHOTOGRAPHS, seed=wish.seed)}
 
 
@@ -105,24 +99,15 @@ COLUMNS = {"page": "form <8", "dpi": ">5", "raster": "<13", "edges off, dots RMS
 COLUMNS |= {"worst": "worst_dots >6.2f", "um": "worst_um >6.1f", "pitch, ppm": "pitch_ppm >11.1f"}
 COLUMNS |= {"badges": ">7", "markers": "all_markers >8", "read": ">5", "wrong": "wrong_payloads >6", "ms": ">7.0f"}
 COLUMNS |= {"kB": "kilobytes >7.0f"}
-COLUMNS |= {"page at the edge": "<40", "outcome": "<8", "edge, dots": ">10.2f", "cell, rad": ">10.3f"}
-COLUMNS |= {"refusals": ">8", "granted": "asked <1"}
-COLUMNS |= EXTREME_COLUMNS
 
 
 def table(rows: list[Row]) -> Iterator[Row]:
-    """A row for each page and raster, each page at the edge, and each mount at the edge."""
+    """A row for each page and raster."""
     for row in rows:
         if "form" in row:
             for raster in RASTERS:
                 if raster in row:
                     yield row | {"raster": raster, "ms": 1e3 * row["seconds"]} | row[raster]
-        elif "said" in row:
-            seen = [row[raster] for raster in ("poppler", "ghostscript") if raster in row]
-            worst, phase = (max((one[name] for one in seen), default=0.0) for name in ("worst_dots", "cell_phase_rad"))
-            shown = {"page at the edge": row["case"], "outcome": row["outcome"], "refusals": len(row["said"])}
-            yield shown | {"edge, dots": worst, "cell, rad": phase, "asked": row["asked"]}
-    yield from extremes_table([row for row in rows if "mount" in row])
 
 
 def notes(rows: list[Row]) -> Iterator[str]:
@@ -141,40 +126,4 @@ def _calibration(found: dict[str, Any]) -> str:
     )
 
 
-def plot(rows: list[Row]) -> Any:
-    """Edge error against resolution for each form of the page."""
-    figure = figure_of(5, 3.6)
-    axes = figure.add_subplot()
-    _plot_edges(axes, [row for row in rows if "form" in row])
-    plain(axes)
-    return figure
-
-
-def _plot_edges(axes: Any, pages: list[dict[str, Any]]) -> None:
-    """Worst edge of each form at each resolution, worse of the rasters of one bit, and greyed for the plain vector."""
-    styles = {
-        ("dots", False): ("o-", "#1f6fb2", "dots (default)"),
-        ("vector", False): ("^-", "#c2571a", "vector, one bit a dot"),
-        ("vector", True): ("v:", "#c2571a", "vector, greyed"),
-    }
-    for (form, grey), (line, colour, label) in styles.items():
-        places, worst = [], []
-        for row in pages:
-            rasters = ("poppler-grey",) if grey else ("poppler", "ghostscript")
-            seen = [row[raster]["worst_um"] for raster in rasters if raster in row]
-            if row["form"] == form and seen:
-                places.append(row["dpi"])
-                worst.append(max(seen))
-        # Forms lie on one another where all keep to half a dot, so the later ones are drawn open.
-        axes.loglog(places, worst, line, color=colour, label=label, mfc="none" if line != "o-" else colour, ms=8)
-    places = sorted({row["dpi"] for row in pages})
-    axes.loglog(places, [25400 / dpi / 2 for dpi in places], color="#8a97a6", lw=6, alpha=0.35, label="half a dot")
-    axes.set_xticks(places, [str(dpi) for dpi in places])
-    axes.set_yticks([5, 10, 20, 40], ["5", "10", "20", "40"])
-    axes.minorticks_off()
-    axes.set_xlabel("dots per inch")
-    axes.set_ylabel("worst edge off its place, um")
-    axes.legend(frameon=False, fontsize=8)
-
-
-BENCH = Bench(rows, COLUMNS, notes, table=table, plot=plot)
+BENCH = Bench(rows, COLUMNS, notes, table=table, plot=("dpi", "worst_um", "form", "raster"))

@@ -7,16 +7,14 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from moireid.badge import Badge
 from moireid.simulate.filming import Show
 from moireid.simulate.forgeries.rear_layer import ShownViews
-from moireid.simulate.motion import Motion, Poses, motion_named
+from moireid.simulate.motion import Motion, motion_named
 from moireid.simulate.scene import Scene
 from moireid.simulate.shots import Edit
 from moireid_lab.bench.forgers.edits import (
-    Decoy,
     ShiftedMarkers,
     caption,
     caption_on,
@@ -200,25 +198,6 @@ def short_of_film(seconds: float, times: float) -> Make:
     return lambda shoot: Filming(seen_only(moving(shoot), [(1.0, 1.0 + seconds)]), seconds_times=times)
 
 
-def decoy(shoot: Shoot) -> Filming:
-    """A true badge for six tenths of the film; then it is elsewhere, frozen and its code greyed, next to a decoy."""
-    cut = round(0.6 * shoot.frames)
-    true = moving(shoot)
-    aside = Rotation.from_euler("y", 15.0, degrees=True).as_matrix()
-
-    def motion(times_s: Any) -> Poses:
-        poses = true(times_s)
-        after = np.asarray(times_s) * FPS >= cut - 0.5
-        return Poses(poses.camera_mm, np.where(after[:, None, None], aside @ poses.rotation, poses.rotation))
-
-    def show(scene: Scene, motion: Motion, camera_mm: Any, fps: float) -> ShownViews:
-        held = camera_mm.copy()
-        held[cut:] = held[cut]
-        return ShownViews(held, camera_mm)
-
-    return Filming(motion, show, Decoy(shoot.badge, cut))
-
-
 def late_on_sweep(seconds: float) -> Make:
     """Fringes that come late, on one steady sweep."""
 
@@ -302,7 +281,6 @@ def attacks() -> Iterator[tuple[str, Make]]:
     for seconds in (0.5, 1.0, 2.0):
         yield f"frozen for {seconds:g} s", spell(seconds)
     yield "2 s of badge in a film five times as long", short_of_film(2.0, 2.5)
-    yield "a frozen badge next to a decoy after a true spell", decoy
     yield "half a second late on one sweep", late_on_sweep(0.5)
     yield "drift on one sweep", drift_on_sweep
     for count in (12, 48):

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 
 import cv2
 import numpy as np
@@ -131,68 +130,6 @@ class ShiftedMarkers:
             moved = np.array([[1, 0, self.shift_px if number in (0, 2) else -self.shift_px], [0, 1, 0]], float)
             out[seen] = cv2.warpAffine(part, moved, (part.shape[1], part.shape[0]), borderMode=cv2.BORDER_REPLICATE)
         return out
-
-
-class Decoy:
-    """From a cut on, a paper card with the badge's markers and no lines where the badge was last seen, and the code of
-    the badge itself painted grey, so that a follower may take the card for the badge.
-    """
-
-    def __init__(self, badge: Badge, cut: int) -> None:
-        self._badge, self._cut = badge, cut
-        self._before = np.eye(3)
-        self._card = _card(badge)
-        self._code = [
-            covered(partial(_always, _corners(grating.cells[cell].rect_mm)), shade=128.0)
-            for grating in badge.gratings
-            for cell, role in enumerate(grating.code.roles if grating.code else ())
-            if role == "phase"
-        ]
-
-    def __call__(self, frame: int, luma: Luma, homography: Array) -> Luma:
-        """The picture with the card in it."""
-        if frame < self._cut:
-            self._before = homography
-            return luma
-        for grey in self._code:
-            luma = grey(frame, luma, homography)
-        place = self._before @ np.diag([1 / CARD_PX_PER_MM, 1 / CARD_PX_PER_MM, 1.0])
-        # A hand does not hold it quite still.
-        place = np.array([[1, 0, 3 * np.sin(frame / 9)], [0, 1, 2 * np.sin(frame / 13)], [0, 0, 1.0]]) @ place
-        size = luma.shape[1], luma.shape[0]
-        board = np.zeros_like(self._card)
-        left, top, right, bottom = (round(CARD_PX_PER_MM * value) for value in self._badge.outline_mm)
-        board[top:bottom, left:right] = 255
-        mask = cv2.warpPerspective(board, place, size)
-        card = cv2.warpPerspective(cv2.GaussianBlur(self._card, (0, 0), 2), place, size)
-        return np.where(mask > 127, card, luma).astype(np.uint8)
-
-
-#: Fineness of a drawn card.
-CARD_PX_PER_MM = 6.0
-
-
-def _card(badge: Badge) -> Luma:
-    """The board with its markers, grey where the lines would be; px at `CARD_PX_PER_MM`, from page mm 0."""
-    _, _, x1, y1 = badge.outline_mm
-    art = np.full((round(CARD_PX_PER_MM * y1), round(CARD_PX_PER_MM * x1)), 205, np.uint8)
-    left, top, right, bottom = (round(CARD_PX_PER_MM * value) for value in field_of(badge))
-    art[top:bottom, left:right] = 130
-    known = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, badge.squares.dictionary))
-    side = round(CARD_PX_PER_MM * badge.squares.size_mm)
-    for identity, (x, y) in zip(badge.squares.ids, badge.squares.centers_mm, strict=True):
-        column, row = round(CARD_PX_PER_MM * x - side / 2), round(CARD_PX_PER_MM * y - side / 2)
-        art[row : row + side, column : column + side] = cv2.aruco.generateImageMarker(known, identity, side) // 2 + 30
-    return art
-
-
-def _always(outline: Array, frame: int) -> Array:
-    return outline
-
-
-def _corners(rect: Rect) -> Array:
-    x0, y0, x1, y1 = rect
-    return np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]])
 
 
 def field_of(badge: Badge) -> Rect:

@@ -1,4 +1,4 @@
-"""The forgers suite, with its table and plot.
+"""The forgers suite, with its table.
 
 Which attacks by a reader of this code are accepted, and what happens to honest films that a hand or an editor spoils.
 
@@ -19,7 +19,6 @@ from moireid.designer import Order, design_badge
 from moireid.simulate.scene import Build, Camera, Scene
 from moireid.verifier import Question, verify
 from moireid_lab.bench.bench_frame import Bench, Row, Wish, counted_verdicts, grouped, temporary_film
-from moireid_lab.bench.bench_plots import figure_of, verdict_bars
 from moireid_lab.bench.forgers.cases import ForgeryCase, Shoot, cases
 from moireid_lab.bench.verdicts import verdict_row
 
@@ -86,23 +85,4 @@ def by_case(rows: list[Row], genuine: bool) -> dict[str, list[Row]]:
     return grouped([row for row in rows if row["genuine"] == genuine], "case")
 
 
-def plot(rows: list[Row]) -> Any:
-    """One bar a case: share of its films by verdict."""
-    groups = {genuine: by_case(rows, genuine) for genuine in (False, True)}
-    # A bar for each case, and an empty one with the heading of each group, from the top.
-    bars = [bar for genuine, cases in groups.items() if cases for bar in ((HEADINGS[genuine], []), *cases.items())]
-    figure = figure_of(8, 0.18 * len(bars) + 1)
-    axes = figure.add_subplot()
-    verdict_bars(axes, [films for _, films in bars])
-    axes.set_yticks(range(len(bars)), [name for name, _ in bars], fontsize=7)
-    for mark, (_, films) in zip(axes.get_yticklabels(), bars, strict=True):
-        mark.set_fontweight("normal" if films else "bold")
-    axes.set(xlabel="share of films", xlim=(0, 1), ylim=(len(bars) - 0.5, -0.5))
-    axes.tick_params(axis="y", length=0)
-    axes.xaxis.set_major_formatter(lambda share, _: f"{100 * share:.0f} %")
-    axes.legend(frameon=False, ncols=3, loc="lower left", bbox_to_anchor=(0, 1))
-    axes.spines[["top", "right", "left"]].set_visible(False)
-    return figure
-
-
-BENCH = Bench(rows, COLUMNS, table=table, plot=plot)
+BENCH = Bench(rows, COLUMNS, table=table)

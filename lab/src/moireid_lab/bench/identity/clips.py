@@ -3,29 +3,19 @@
 from __future__ import annotations
 
 import math
-import time
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
-
-if TYPE_CHECKING:
-    from moireid.badge import Badge
-    from moireid.verifier.tracking.track import Track
 
 #: The picture is cropped to the room of a swaying badge at 1 m; pixels to the millimetre are those of 1080p.
 WIDTH, HEIGHT, FOCAL_PX = 1024, 576, 1450.0
 FPS, CRF = 30.0, 28
-#: Lengths at which a clip is read again: 0.5 to 8 s.
-FRAMES = (15, 30, 60, 120, 240)
 
 
 @dataclass(frozen=True)
 class Clip:
-    """What to film: payload, distance, how the badge is built, and the seeds of build and motion.
-
-    shorter: read it again as if it had ended earlier, to set error against time.
-    """
+    """What to film: payload, distance, how the badge is built, and the seeds of build and motion."""
 
     payload: bytes
     distance_mm: float
@@ -33,7 +23,6 @@ class Clip:
     motion_seed: int
     assembly_seed: int | None = None
     frames: int = 240
-    shorter: bool = False
 
 
 def build_of(clip: Clip) -> Any:
@@ -90,7 +79,6 @@ def read_clip(clip: Clip) -> dict[str, Any]:
         "identity_s": report.timing["stages"].get("identity"),
         "as_built": None,
         "beat_error": None,
-        "shorter": [],
     }
     if report.measurement is None:
         return row
@@ -107,36 +95,4 @@ def read_clip(clip: Clip) -> dict[str, Any]:
     lens_page_mm = badge.lens.pitch_mm * build.lens_scale / build.print_scale
     true_beat = 1 / badge.gratings[0].pitch_mm - 1 / lens_page_mm
     row["beat_error"] = as_built.beat_period_mm * abs(true_beat) - 1
-    if clip.shorter:
-        row["shorter"] = [read_shorter(report.track, badge, frames) for frames in FRAMES]
     return row
-
-
-def read_shorter(track: Track, badge: Badge, frames: int) -> dict[str, Any]:
-    """The first frames of a track, read: cells wrong, payload read, seconds."""
-    from moireid.idcodes.spacing import true_phases_rad
-    from moireid.question import KnownCamera
-    from moireid.verifier.fringes.signals import measure
-    from moireid.verifier.identity.decode import read_identity
-    from moireid_lab.bench.natural import cut_track
-
-    short = cut_track(track, 0, frames)
-    clock = time.perf_counter()
-    measurement = measure(short, camera=KnownCamera(FOCAL_PX))
-    measured = time.perf_counter()
-    reading = read_identity(short, measurement)
-    done = time.perf_counter()
-    true = true_phases_rad(bytes.fromhex(badge.id or ""), badge.gratings)
-    found = [reading.cells[grating][cell] for grating, cell in true]
-    wrong = sum(
-        abs(math.remainder(one.phase_rad - phase, 2 * math.pi)) > math.pi / 4
-        for one, phase in zip(found, true.values(), strict=True)
-    )
-    soft = reading.decoded.payload if reading.decoded else None
-    return {
-        "frames": short.tracked,
-        "measure_s": measured - clock,
-        "identity_s": done - measured,
-        "cells_wrong": wrong / len(found),
-        "soft": None if soft is None else soft.hex() == badge.id,
-    }

@@ -1,7 +1,6 @@
-"""The identity suite, with its table and plot: is the whole identity read, and is a copy recognised?
+"""The identity suite, with its table: is the whole identity read, and is a copy recognised?
 
-Error against run time of the identity stage comes from clips that are read as if they had ended earlier, by both
-decoders.  Each clip has another payload, another build within the stated tolerances and another motion: 8 s of swaying,
+Each clip has another payload, another build within the stated tolerances and another motion: 8 s of swaying,
 H.264 crf 28.  The clips are few enough for a morning; confidence intervals show how far the rates can be trusted.
 """
 
@@ -18,48 +17,14 @@ from moireid.asbuilt import as_built_from_json
 from moireid.designer import Order, design_badge
 from moireid.verifier.identity.compare_built import compare_built
 from moireid_lab.bench.bench_frame import Bench, Row, Wish, grouped
-from moireid_lab.bench.bench_plots import figure_of, plain
 from moireid_lab.bench.identity.clips import Clip, read_clip
 from moireid_lab.bench.identity.matching import matching_figures
 from moireid_lab.evaluation.statistics import interval
-
-
-def shorter_figures(groups: dict[str, list[dict[str, Any]]]) -> list[dict[str, Any]]:
-    """One row for each condition and number of frames: cells wrong, payloads read and wrong, milliseconds.
-
-    Convention: milliseconds are medians; `measure` is camera and fringes, `identity` the decoding.
-    """
-    found = []
-    for name, rows in groups.items():
-        by_length: dict[int, list[dict[str, Any]]] = {}
-        for row in rows:
-            for shorter in row["shorter"]:
-                by_length.setdefault(shorter["frames"], []).append(shorter)
-        # Few films lose frames; lengths that hardly any clip has are left out.
-        for frames, some in sorted(by_length.items()):
-            if len(some) * 2 < len([row for row in rows if row["shorter"]]):
-                continue
-            found.append(
-                {
-                    "cut": name,
-                    "frames": frames,
-                    "clips": len(some),
-                    "cells_wrong": float(np.mean([one["cells_wrong"] for one in some])),
-                    "soft_read": float(np.mean([one["soft"] is True for one in some])),
-                    "wrong_payloads": sum(one["soft"] is False for one in some),
-                    "measure_ms": 1e3 * float(np.median([one["measure_s"] for one in some])),
-                    "identity_ms": 1e3 * float(np.median([one["identity_s"] for one in some])),
-                }
-            )
-    return found
-
 
 CONDITIONS = ((64, 1000.0), (64, 2000.0), (64, 3000.0), (128, 2000.0), (128, 3000.0))
 #: Films of a badge that is enrolled, of it again, and of a copy.
 BUILT = ("enrolled", "original", "copy")
 CLIPS, QUICK_CLIPS = 100, 4
-#: Clips of a condition that are also read shortened.
-SHORTER_CLIPS = 20
 BUILT_DISTANCE_MM = 1000.0
 
 
@@ -93,7 +58,7 @@ def clips_of(count: int, seed: int) -> list[tuple[str, Clip]]:
         for place, (bits, distance) in enumerate(CONDITIONS):
             rng = np.random.default_rng([seed, place, k])
             payload, (build, motion) = rng.bytes(bits // 8), rng.integers(0, 2**31, 2).tolist()
-            clip = Clip(payload, distance, build, motion, shorter=k < SHORTER_CLIPS)
+            clip = Clip(payload, distance, build, motion)
             jobs.append((f"{bits} bits, {distance / 1000:g} m", clip))
         rng = np.random.default_rng([seed, len(CONDITIONS), k])
         payload, of_badge = rng.bytes(8), rng.integers(0, 2**31, 6).tolist()
@@ -111,6 +76,8 @@ def _condition(name: str, rows: list[dict[str, Any]]) -> dict[str, Any]:
     read = sum(row["read"] for row in rows)
     return {
         "name": name,
+        "bits": name.split()[0],
+        "m": float(name.split()[2]),
         "read": read,
         "read_interval": interval(read, len(rows)),
         "wrong_payloads": sum(row["wrong"] for row in rows),
@@ -156,25 +123,19 @@ def built_counts(rows: list[Row]) -> dict[str, dict[str, int]]:
 
 COLUMNS = {
     "clips": "name <18",
-    "clips cut short": "cut <18",
     "read": "of >9",
     "wrong": "wrong_payloads >7",
     "accepted": ">10",
 }
 COLUMNS |= {"cell errors": "wrong_cells >13.5f", "phase rms": "phase_rms_rad >12.4f"}
 COLUMNS |= {"beat error": "beat_error_worst >12.5f", "decode s": "identity_s >12.3f"}
-COLUMNS |= {"frames": ">7", "wrong cells": "cells_wrong >13.5f"}
-COLUMNS |= {"whole": "soft_read >7.2f", "measure ms": "measure_ms >12.0f"}
-COLUMNS |= {"decode ms": "identity_ms >12.0f"}
 
 
 def table(rows: list[Row]) -> Iterator[Row]:
-    """A row for each condition; then one for each condition and length of clips that were cut short."""
-    groups = by_condition(rows)
-    for name, found in groups.items():
+    """A row for each condition."""
+    for name, found in by_condition(rows).items():
         row = _condition(name, found)
         yield row | {"of": f"{row['read']}/{len(found)}"}
-    yield from shorter_figures(groups)
 
 
 def notes(rows: list[Row]) -> Iterator[str]:
@@ -188,17 +149,11 @@ def notes(rows: list[Row]) -> Iterator[str]:
 
 def _matching_lines(matching: dict[str, Any]) -> list[str]:
     """The rates in sentences."""
-    acquired, scores, model = matching["failure_to_acquire"], matching["scores"], matching["model"]
+    acquired, model = matching["failure_to_acquire"], matching["model"]
     tails = ", ".join(f"{100 * tail['other_films']:.2f} % for {100 * tail['model']:g} %" for tail in model["tails"])
     lines = [
         f"failure to acquire: {acquired['failed']} of {acquired['films']} films "
         f"(at most {acquired['interval'][1]:.4f})",
-        f"scores, threshold {scores['threshold']:.3f} fixed on the other half of the films: "
-        f"FNMR {scores['fnmr']:.4f} (at most {scores['fnmr_interval'][1]:.4f}) of {scores['films']} films, "
-        f"FMR {scores['fmr']:.1e} (at most {scores['fmr_interval'][1]:.1e}) of {scores['comparisons']:,} comparisons, "
-        f"equal error rate {scores['equal_error_rate']:.1e}",
-        f"least score of the same badge {scores['genuine_least']:.3f}, greatest of others "
-        f"{scores['impostor_greatest']:.3f}",
         f"error model: Student's t of {model['freedom']:.1f} degrees, scale {model['scale_rad']:.4f} rad; beyond its "
         f"tails lie of other films: {tails}",
     ]
@@ -211,21 +166,4 @@ def _matching_lines(matching: dict[str, Any]) -> list[str]:
     return lines
 
 
-def plot(rows: list[Row]) -> Any:
-    """Scatter of the cells' phase against distance, with the point of confusion."""
-    figure = figure_of(6, 3.6)
-    axes = figure.add_subplot()
-    for bits, colour in ((64, "#1f6fb2"), (128, "#c2571a")):
-        own = {name: found for name, found in by_condition(rows).items() if name.startswith(f"{bits} ")}
-        metres = [float(name.split(", ")[1].removesuffix(" m")) for name in own]
-        rms = [_condition(name, found)["phase_rms_rad"] for name, found in own.items()]
-        axes.semilogy(metres, rms, "o-", color=colour, label=f"{bits} bits")
-    axes.axhline(3.14159 / 4, color="#8a97a6", linestyle=":", label="point of confusion")
-    axes.set_xlabel("distance, m")
-    axes.set_ylabel("phase error of a cell, rad (RMS)")
-    axes.legend(frameon=False)
-    plain(axes)
-    return figure
-
-
-BENCH = Bench(rows, COLUMNS, notes, table=table, plot=plot)
+BENCH = Bench(rows, COLUMNS, notes, table=table, plot=("m", "phase_rms_rad", "bits"))

@@ -1,10 +1,8 @@
 """False matches and non-matches, in the terms of ISO/IEC 19795-1.
 
-Films give readings: the phases of a badge's cells.  Two things are measured with them.  *Scores*: a reading is compared
-with claims of other people; the similarity is the mean cosine of the phase differences.  The threshold is fixed on one
-half of the films, and the rates are reported on the other.  *Decoding*, as in the verifier: an error model is fitted to
-one half, and readings drawn from it are decoded.  Readings of whole films of the other half show whether the model is
-right.  Since films are read without errors, both are repeated with larger phase errors, where decoding fails.
+Films give readings: the phases of a badge's cells.  An error model is fitted to one half of them, and readings drawn
+from it are decoded, as in the verifier.  Readings of whole films of the other half show whether the model is right.
+Since films are read without errors, both are repeated with larger phase errors, where decoding fails.
 """
 
 from __future__ import annotations
@@ -23,8 +21,6 @@ from moireid_lab.evaluation.statistics import interval
 Array = NDArray[np.float64]
 #: Factors for the films' phase errors: 1, and others for films much worse than any measured.
 FACTORS = (1.0, 4.0, 7.0, 10.0)
-#: The false match rate at which the threshold is fixed.
-FIXED_AT_FMR = 1e-6
 #: Tails of the error model that are compared with other films.
 TAILS = (0.5, 0.1, 0.01, 0.001)
 WORD = WordCode(8, 26)
@@ -47,7 +43,6 @@ def matching_figures(groups: dict[str, list[dict[str, Any]]], *, quick: bool, se
             "failed": len(rows) - len(read),
             "interval": interval(len(rows) - len(read), len(rows)),
         },
-        "scores": _scores(read, rng, 2_000 if quick else 20_000),
         "model": _model(far[::2], far[1::2]),
         "decoding": _decoding(far[::2], far[1::2], rng, *((200, 5_000) if quick else (2_000, 10_000))),
     }
@@ -55,41 +50,6 @@ def matching_figures(groups: dict[str, list[dict[str, Any]]], *, quick: bool, se
 
 def _phases(payload: bytes) -> Array:
     return 2 * np.pi * np.array(word_places(WORD, payload)) / PHASE_LEVELS
-
-
-def _scores(rows: list[dict[str, Any]], rng: np.random.Generator, claims: int) -> dict[str, Any]:
-    """Threshold of one half of the films, rates on the other, the equal error rate and points of the DET curve."""
-    claimed = np.exp(-1j * np.array([_phases(rng.bytes(WORD.payload_bytes)) for _ in range(claims)]))
-    genuine: list[float] = []
-    impostor = []
-    for row in rows:
-        error = np.array(row["phase_error_rad"])
-        reading = np.exp(1j * (_phases(bytes.fromhex(row["payload"])) + error))
-        genuine.append(float(np.cos(error).mean()))
-        impostor.append((claimed @ reading).real / len(error))
-    fixed, tested = np.concatenate(impostor[::2]), np.concatenate(impostor[1::2])
-    # Beyond the counted range the tail is normal, because the score is a sum of many independent cosines.
-    true = np.array(genuine[1::2])
-    threshold = max(float(np.quantile(fixed, 1 - FIXED_AT_FMR)), float(fixed.mean() + 4.75 * fixed.std()))
-    false, missed = int((tested >= threshold).sum()), int((true < threshold).sum())
-    curve = [
-        {"threshold": float(x), "fmr": float((tested >= x).mean()), "fnmr": float((true < x).mean())}
-        for x in np.linspace(0.0, 1.0, 101)
-    ]
-    crossing = min(curve, key=lambda point: (abs(point["fmr"] - point["fnmr"]), point["threshold"]))
-    return {
-        "threshold": threshold,
-        "films": len(true),
-        "comparisons": len(tested),
-        "fmr": false / len(tested),
-        "fmr_interval": interval(false, len(tested)),
-        "fnmr": missed / len(true),
-        "fnmr_interval": interval(missed, len(true)),
-        "equal_error_rate": max(crossing["fmr"], crossing["fnmr"]),
-        "det": curve,
-        "genuine_least": min(genuine),
-        "impostor_greatest": float(max(fixed.max(), tested.max())),
-    }
 
 
 def _model(fitted: list[Array], other: list[Array]) -> dict[str, Any]:

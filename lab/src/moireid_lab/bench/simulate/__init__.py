@@ -1,8 +1,7 @@
 """Error against run time of the renderers.
 
-left_out.py        what a scene does not need
 reference.py       an independent tracer
 scenes.py          eleven scenes
 stiff_scenes.py    scenes that renderers find hard
-simulate_suite.py  the simulate suite, with its table and plot
+simulate_suite.py  the simulate suite, with its table
 """

@@ -1,4 +1,4 @@
-"""The simulate suite, with its table and plot.
+"""The simulate suite, with its table.
 
 Error against run time of the renderers, and both compared with an independent tracer (`reference`).
 
@@ -6,15 +6,13 @@ against: on the eleven scenes, the analytic renderer's fringe phase and brightne
     up to 0.4 and at 60 degrees; and its own estimate of the error, compared with the true error at the usual setting.
 work: seconds a frame of the badge's region against RMS phase error, for each renderer, setting and resolution; medians
     and spreads of repeated runs, compile time and scene set-up apart.
-left out: the time saved in a frame by each thing left out; see `left_out`.
+What a scene does not need is left out, and `moireid simulate --explain` prints the time that it saves.
 
 Phase is measured as in `simulate.analytic.accuracy`; the truth is the independent tracer's at the same pixels.
 """
 
 from __future__ import annotations
 
-import math
-import textwrap
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
@@ -28,11 +26,7 @@ from numpy.typing import NDArray
 from moireid.simulate.analytic.accuracy import Difference, PixelStrip, brightness, difference, estimate_error, strips_of
 from moireid.simulate.analytic.analytic_renderer import RAYS, AnalyticRenderer, BoardRadiance
 from moireid.simulate.scene import Camera, Instant, Scene
-from moireid_lab.bench.bench_frame import Bench, Row, Wish, grouped
-from moireid_lab.bench.bench_plots import error_against_time
-from moireid_lab.bench.simulate import left_out
-from moireid_lab.bench.simulate.left_out import COLUMNS as LEFT_OUT
-from moireid_lab.bench.simulate.left_out import rms
+from moireid_lab.bench.bench_frame import Bench, Row, Wish
 from moireid_lab.bench.simulate.reference import Setup, trace_pixels
 from moireid_lab.bench.simulate.scenes import STEEP_TANGENT, TANGENTS, SceneSetting, eleven
 
@@ -60,13 +54,12 @@ class SceneTruth:
 
 
 def rows(wish: Wish) -> Iterator[Row]:
-    """Scenes against the outside tracer, error against run time, and what is left out of a scene."""
+    """Scenes against the outside tracer, and error against run time."""
     settings = eleven()
     for setting in settings:
         yield against_reference(setting, quick=wish.quick)
     for name in CAMERAS if not wish.quick else ("1080p",):
         yield from work_precision(replace(settings[0], camera=CAMERAS[name]), name, quick=wish.quick, seed=wish.seed)
-    yield from left_out.rows(wish.seed)
 
 
 def truth_of(setting: SceneSetting, tangent: float, *, per_grating: int = 1, budget: int = BUDGET) -> SceneTruth | None:
@@ -96,6 +89,12 @@ def truth_of(setting: SceneSetting, tangent: float, *, per_grating: int = 1, bud
         for strip in some
     ]
     return SceneTruth(instant, some, [one.radiance for one in traced], max(one.escaped for one in traced))
+
+
+def rms(figures: list[float | None]) -> float | None:
+    """Root mean square of the known figures; None if there are none."""
+    known = [figure for figure in figures if figure is not None]
+    return float(np.sqrt(np.mean(np.square(known)))) if known else None
 
 
 def error_of(picture: BoardRadiance, truth: SceneTruth, contrast: float) -> Difference:
@@ -234,16 +233,15 @@ COLUMNS |= {
 }
 COLUMNS |= {"usual": "usual.phase_rad >8.4f", "estimate": "estimate_rad >9.4f", "usual image": "usual.image >11.2%"}
 COLUMNS |= {"renderer": "<24", "camera": ">8", "setting": "set >10", "ms": ">9.2f", "least": ">8.2f"}
-COLUMNS |= {"spread": ">8.2f", "phase error": "phase_rad >11.4f", "image error": "image >11.2%"} | LEFT_OUT
+COLUMNS |= {"spread": ">8.2f", "phase error": "phase_rad >11.4f", "image error": "image >11.2%"}
 
 
 def table(rows: list[Row]) -> Iterator[Row]:
-    """The rows of all three parts."""
+    """The rows of both parts."""
     yield from (row for row in rows if "fine" in row)
     for row in work_of(rows):
         ms = {name: 1e3 * row[key] for name, key in zip(("ms", "least", "spread"), SECONDS, strict=True)}
         yield row | ms | {"set": " x ".join(map(str, row["setting"]))}
-    yield from left_out.table([row for row in rows if "what" in row])
 
 
 def work_of(rows: list[Row]) -> list[Row]:
@@ -263,20 +261,5 @@ def speed_sentence(rows: list[Row]) -> str:
     )
 
 
-def plot(rows: list[Row]) -> Any:
-    """Seconds a frame against phase error, and against image error, both log."""
-    work = sorted((row for row in work_of(rows) if row["phase_rad"]), key=lambda row: math.prod(row["setting"]))
-    figure = error_against_time(
-        {", ".join(key): own for key, own in grouped(work, "renderer", "camera").items()},
-        {
-            "phase error, rad (RMS)": lambda row: row["phase_rad"],
-            "brightness error, share of the contrast (RMS)": lambda row: row["image"],
-        },
-        lambda row: row["seconds"],
-        "seconds a frame",
-    )
-    figure.suptitle(textwrap.fill(speed_sentence(rows), 100), fontsize=9)
-    return figure
-
-
-BENCH = Bench(rows, COLUMNS, lambda rows: [speed_sentence(rows)], table=table, plot=plot)
+PLOT = ("phase_rad", "seconds", "renderer", "camera")
+BENCH = Bench(rows, COLUMNS, lambda rows: [speed_sentence(rows)], table=table, plot=PLOT)

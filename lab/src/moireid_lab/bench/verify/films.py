@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import math
-import time
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -71,15 +70,12 @@ class FilmTruth:
 
 @dataclass(frozen=True)
 class DecodedFilm:
-    """A film, decoded: its frames, their truth, and milliseconds of wall clock and of all threads to decode one."""
+    """A film, decoded: its frames and their truth."""
 
     kind: Kind
     badge: Badge
-    focal_px: float
     frames: list[Frame]
     truth: FilmTruth
-    decode_ms: float
-    decode_cpu_ms: float
 
 
 def shoot(kind: Kind, frames: int, seed: int, folder: Path) -> DecodedFilm:
@@ -92,11 +88,7 @@ def shoot(kind: Kind, frames: int, seed: int, folder: Path) -> DecodedFilm:
     film(
         Scene(badge, BUILD, camera), motion, video, frames=frames, fps=FPS, forge=kind.forge, seed=seed, overwrite=True
     )
-    clock, used = time.perf_counter(), time.process_time()
-    decoded = list(Film(video).frames())
-    wall, cpu = time.perf_counter() - clock, time.process_time() - used
-    count = 1e3 / len(decoded)
-    return DecodedFilm(kind, badge, camera.focal_px, decoded, truth_of(badge, video), wall * count, cpu * count)
+    return DecodedFilm(kind, badge, list(Film(video).frames()), truth_of(badge, video))
 
 
 def truth_of(badge: Badge, video: Path) -> FilmTruth:

@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import replace
+import tempfile
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -17,60 +18,83 @@ import pytest
 import trimesh
 
 from kit.mounting import box, framed, sight_volume
-from moireid.badge import Badge
+from moireid.badge import Badge, Lens
 from moireid.cli.printing.print_options import mount_figure
 from moireid.designer import Order, design_badge
 from moireid.errors import FabricationError, MoireIdError
-from moireid.fabrication.mount_parts import plan_parts
+from moireid.fabrication.mount_parts import Parts, plan_parts
 from moireid.fabrication.printed.mount import write_mount
 from moireid.fabrication.process_figures import MountFigures, MountProcess, mount_figures
-from moireid_lab.bench.fabricate.mount_extremes import (
-    BUILT,
-    KINDS,
-    MountCase,
-    cases,
-    extremes,
-    extremes_table,
-    outcome_of,
-    planned_case,
-)
+from moireid.profiles import LensProfile, lens_named, save_lens_profile
 
+KINDS = ("lanyard", "clip", "stand", "holder")
+#: Boards by their size, with a range that suits it, a small one being filmed from near.
+BOARDS = {(30.0, 30.0): (0.3, 0.5), (30.0, 40.0): (0.3, 0.5), (60.0, 66.0): (0.5, 0.7)}
+BOARDS |= dict.fromkeys([(146.0, 160.0), (186.0, 273.0), (300.0, 300.0)], Order.range_m)
+#: The smallest board has room for two letters.  A thin sheet has narrow lenses: it needs a fine printer, a near camera.
+PLAIN = Order("Ex", lens="50lpi")
+FINE = replace(PLAIN, printer_dpi=4800, range_m=(0.4, 1.2))
+#: A lens that is as thick as its focal length is at most 0.72 of that wide, at the refractive index of 1.56.
+THIN_PITCH_SHARE = 0.7
+
+
+@dataclass(frozen=True)
+class Extreme:
+    """A wish for a badge, the lens sheet's thickness where it is no label's, and figures of mounts."""
+
+    request: Order
+    lens_mm: float | None = None
+    figures: tuple[str, ...] = ()
+
+    def planned(self, kind: str) -> Parts:
+        """What is made of a mount.  Raises: MoireIdError where it is refused."""
+        with tempfile.TemporaryDirectory() as folder:
+            request = self.request
+            if self.lens_mm is not None:
+                path, nominal = Path(folder) / "sheet.json", lens_named(request.lens)
+                pitch_mm = min(nominal.pitch_mm, THIN_PITCH_SHARE * self.lens_mm)
+                lens = Lens("lenticular", pitch_mm, self.lens_mm, nominal.refractive_index)
+                save_lens_profile(LensProfile("sheet", lens, 1e-4), path)
+                request = replace(request, lens=str(path))
+            return plan_parts(
+                design_badge(request, bytes(range(8))), kind, mount_figures(dict(map(mount_figure, self.figures)))
+            )
+
+    def outcome(self, kind: str = "lanyard") -> tuple[str, str]:
+        """Which mounts are made, and why not both."""
+        try:
+            parts = self.planned(kind)
+        except MoireIdError as error:
+            return "refused", str(error)
+        made = "whole" if not parts.left_out else "printed" if parts.printed != "none" else "acrylic"
+        return made, "; ".join(parts.left_out.values())
+
+
+CASES = {
+    f"board {size[0]:g}x{size[1]:g} mm, {front}": Extreme(replace(PLAIN, front=front, size_mm=size, range_m=range_m))
+    for size, range_m in BOARDS.items()
+    for front in ("lens", "mask")
+}
+CASES |= {f"kerf {kerf:g} mm": Extreme(PLAIN, figures=(f"kerf_mm={kerf:g}",)) for kerf in (0.0, 1.0, 5.0)}
+CASES |= {f"sheet {mm:g} mm": Extreme(PLAIN if mm > 1 else FINE, mm) for mm in (0.2, 0.3, 2.5, 4.0, 6.0)}
+CASES |= {f"spacer {gap:g} mm": Extreme(replace(PLAIN, front="mask", gap_mm=gap)) for gap in (0.2, 0.5, 3.0, 6.0)}
 #: What becomes of each extreme, with every mount; the rest is made whole.
-REFUSED = {"board 30x30 mm", "board 300x300 mm", "kerf 5 mm", "spacer 0.2 mm"}
-PRINTED_ALONE = {"board 30x40 mm", "sheet 0.2 mm", "sheet 0.3 mm", "sheet 6 mm", "spacer 6 mm"}
+REFUSED = ("board 30x30 mm", "board 300x300 mm", "kerf 5 mm", "spacer 0.2 mm")
+PRINTED_ALONE = ("board 30x40 mm", "sheet 0.2 mm", "sheet 0.3 mm", "sheet 6 mm", "spacer 6 mm")
 #: A snap-in holder's rim is as high as the sheet all round, so next to a thick one it hides markers.
-TOO_THICK_TO_SNAP = {"sheet 6 mm", "spacer 6 mm"}
-
-
-def case_named(name: str, front: str = "lens") -> MountCase:
-    return next(case for case in cases() if (case.name, case.request.front) == (name, front))
+TOO_THICK_TO_SNAP = ("sheet 6 mm", "spacer 6 mm")
 
 
 @pytest.mark.slow
 def test_every_extreme_is_whole_or_says_why_not() -> None:
-    """Catches: a mount refused for the other's sake, a refusal without a reason, a case that is never checked."""
-    rows = extremes(built=())
-    assert len(rows) == 4 * len(cases()) and {row["mount"] for row in rows} == set(KINDS)
-    for row in rows:
-        refused = REFUSED | TOO_THICK_TO_SNAP if row["mount"] == "holder" else REFUSED
-        wanted = "refused" if row["case"] in refused else "printed" if row["case"] in PRINTED_ALONE else "whole"
-        assert row["outcome"] == wanted, row
-        assert bool(row["why"]) == (wanted != "whole"), row
-        assert not row["built"]
-    names = {(row["case"], row["front"], row["mount"]) for row in rows}
-    assert set(BUILT) <= names
-    table = list(extremes_table([row | {"built": True} for row in rows]))
-    assert len(table) == len(cases()) and any("printed*" in row.values() for row in table)
-    assert any("give a lens sheet (--lens) of 5 mm or less" in row["why not whole"] for row in table)
-
-
-def why(case: MountCase, kind: str = "lanyard") -> str:
-    """The reason why a case is refused, or made in part only."""
-    try:
-        _, parts = planned_case(case, kind)
-    except MoireIdError as error:
-        return str(error)
-    return "; ".join(parts.left_out.values())
+    """Catches: a mount refused for the other's sake, a refusal without a reason."""
+    for name, case in CASES.items():
+        for kind in KINDS:
+            refused = REFUSED + (TOO_THICK_TO_SNAP if kind == "holder" else ())
+            wanted = "refused" if name.startswith(refused) else "whole"
+            wanted = "printed" if wanted == "whole" and name.startswith(PRINTED_ALONE) else wanted
+            made, why = case.outcome(kind)
+            assert made == wanted and bool(why) == (wanted != "whole"), (name, kind, made, why)
 
 
 def numbers(pattern: str, text: str) -> list[float]:
@@ -83,28 +107,28 @@ def numbers(pattern: str, text: str) -> list[float]:
 def test_what_the_refusals_advise_does_work() -> None:
     """Catches: advice copied from another refusal, a limit rounded to the wrong side, a bound that is not the bound."""
 
-    def whole(case: MountCase) -> bool:
-        return outcome_of(planned_case(case, "clip")[1]) == "whole"
+    def why(name: str) -> str:
+        return CASES[name].outcome()[1]
 
-    tall = case_named("board 30x40 mm")
+    def whole(name: str, **wish: Any) -> bool:
+        own = {key: wish.pop(key) for key in ("lens_mm", "figures") if key in wish}
+        return replace(CASES[name], request=replace(CASES[name].request, **wish), **own).outcome("clip")[0] == "whole"
+
+    tall = "board 30x40 mm, lens"
     (height,) = numbers(r"board \(--size\) of ([\d.]+) mm or more in height, wider in proportion", why(tall))
-    assert whole(replace(tall, request=replace(tall.request, size_mm=(30.0 / 40.0 * height, height))))
+    assert whole(tall, size_mm=(30.0 / 40.0 * height, height))
     for name, pattern in (
         ("sheet 0.2 mm", r"sheet \(--lens\) of ([\d.]+) mm or more"),
         ("sheet 6 mm", r"\) of ([\d.]+) mm or less"),
     ):
-        (lens_mm,) = numbers(pattern, why(case_named(name)))
-        assert whole(replace(case_named(name), lens_mm=lens_mm))
-    assert not whole(replace(case_named("sheet 6 mm"), lens_mm=5.1))
-    thick = case_named("spacer 6 mm", "mask")
-    (gap,) = numbers(r"\) of ([\d.]+) mm or less", why(thick))
-    assert whole(replace(thick, request=replace(thick.request, lens_thickness_mm=gap)))
-    for name in ("board 30x30 mm", "board 300x300 mm"):
-        case = case_named(name)
-        size = numbers(r"at (?:least|most) ([\d.]+) ?x ?([\d.]+)", why(case))
-        assert whole(replace(case, request=replace(case.request, size_mm=(size[0], size[1]))))
-    (kerf,) = numbers(r"0 to ([\d.]+) mm", why(case_named("kerf 5 mm")))
-    assert whole(replace(case_named("kerf 5 mm"), figures=(f"kerf_mm={kerf:g}",)))
+        assert whole(name, lens_mm=numbers(pattern, why(name))[0])
+    assert not whole("sheet 6 mm", lens_mm=5.1)
+    assert whole("spacer 6 mm", gap_mm=numbers(r"\) of ([\d.]+) mm or less", why("spacer 6 mm"))[0])
+    for name in ("board 30x30 mm, lens", "board 300x300 mm, lens"):
+        size = numbers(r"at (?:least|most) ([\d.]+) ?x ?([\d.]+)", why(name))
+        assert whole(name, size_mm=(size[0], size[1]))
+    (kerf,) = numbers(r"0 to ([\d.]+) mm", why("kerf 5 mm"))
+    assert whole("kerf 5 mm", figures=(f"kerf_mm={kerf:g}",))
 
 
 @pytest.mark.slow
