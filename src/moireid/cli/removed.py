@@ -22,6 +22,7 @@ REMOVED = {
     "print --front array": "--axes xy or --axes hex sense more directions under a lenticular sheet",
     "film-set": "it is `moireid lab film-set`",
     "generator-kit": "it is `moireid lab generator-kit`",
+    "config": "set MOIREID_REGISTRY, MOIREID_LENS, MOIREID_PAPER, MOIREID_ACTOR or MOIREID_PUBLIC_URL in your shell",
     "worker": "run `dask worker` where moireid-studio[cluster] is installed, and serve --scheduler ADDRESS",
     "verdicts": "see the page Verdicts of the studio, or ask it for /api/verdicts as an admin",
     "serve --storage": "leave it out: films wait in the studio's folder, and workers of --scheduler fetch them there",

@@ -56,7 +56,7 @@ if TYPE_CHECKING:
     "registry_url",
     metavar="URL|FILE",
     help="Also enter the badge into this registry, as moireid enroll does. It must be given here: no badge is entered "
-    "because of MOIREID_REGISTRY or moireid config.",
+    "because of MOIREID_REGISTRY.",
 )
 @click.option("--payload", metavar="HEX", help="The identity: 16 or 32 hex digits; default: drawn at random.")
 @wear_options

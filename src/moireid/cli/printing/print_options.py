@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from moireid.cli.common import FiniteRange, SettingOption, form_option, paper_option, printer_dpi_option
+from moireid.cli.common import FiniteRange, form_option, paper_option, printer_dpi_option
 from moireid.cli.removed import RemainingChoice
 from moireid.errors import SpecError
 from moireid.issuing import IssueOrder, Wear
@@ -234,7 +234,7 @@ wear_options = gathered(
         ),
         click.option(
             "--lens",
-            cls=SettingOption,
+            envvar="MOIREID_LENS",
             show_default="62lpi-27mil, or the format's",
             metavar="LABEL|FILE",
             help="The lenticular sheet: a label from the list above, or a lens profile (.json) of moireid calibrate.",
