@@ -10,7 +10,7 @@ import signal
 import sys
 import threading
 import unicodedata
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
@@ -49,6 +49,26 @@ class FolderPath(click.Path):
         if "://" in str(value):
             self.fail(f"{value!r} is an address, and outputs go into a folder of this machine", param, ctx)
         return super().convert(value, param, ctx)
+
+
+class GroupedCommand(click.Command):
+    """A command whose help shows its options under headings; groups: heading by the first option of each group."""
+
+    def __init__(self, *args: Any, groups: Mapping[str, str], **given: Any) -> None:
+        super().__init__(*args, **given)
+        self._groups = groups
+
+    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write each group of options under its heading."""
+        groups: dict[str, list[tuple[str, str]]] = {}
+        heading = "Options"
+        for param in self.get_params(ctx):
+            heading = "Help" if param.name == "help" else self._groups.get(param.opts[0], heading)
+            if (record := param.get_help_record(ctx)) is not None:
+                groups.setdefault(heading, []).append(record)
+        for heading, rows in groups.items():
+            with formatter.section(heading):
+                formatter.write_dl(rows)
 
 
 ACCEPT, REJECT, BAD_INPUT, INCONCLUSIVE = 0, 1, 2, 3

@@ -216,58 +216,24 @@ CAMERAS: dict[str, Camera] = {
 }
 
 
-@dataclass(frozen=True)
-class PictureFormat:
-    """Size of a picture, px, and frames a second."""
-
-    width: int
-    height: int
-    fps: float
-
-    def of(self, camera: Camera) -> Camera:
-        """The camera with pictures of this size that see as much from left to right."""
-        focal_px = camera.focal_px * self.width / camera.width
-        return replace(camera, width=self.width, height=self.height, focal_px=focal_px)
-
-
-#: What video generators make; source: those of Qing et al. 2026.
-FORMATS: dict[str, PictureFormat] = {
-    "848x480@24": PictureFormat(848, 480, 24.0),
-    "1280x720@24": PictureFormat(1280, 720, 24.0),
-    "1920x1080@25": PictureFormat(1920, 1080, 25.0),
-}
-
-
-def format_named(name: str) -> PictureFormat:
-    """One of `FORMATS`.  Raises: SpecError for another name."""
-    if name not in FORMATS:
-        raise SpecError(f"format {name!r} is not known; choose one of {', '.join(FORMATS)}")
-    return FORMATS[name]
-
-
-def camera_named(name: str, *, mirror: bool = False, focus_blur_px: float | None = None) -> Camera:
+def camera_named(name: str) -> Camera:
     """Give a camera by name.
 
     Parameters
     ----------
     name : str
         One of `moireid.simulate.cameras.CAMERAS`, such as "phone" or "webcam".
-    mirror : bool
-        Whether its picture is turned left to right.
-    focus_blur_px : float, optional
-        Standard deviation of defocus, px; None for the camera's own.
 
     Returns
     -------
     Camera
-        A camera of its own; the named one is not changed.
+        The camera.
 
     Raises
     ------
     SpecError
-        For a name that is none, or a blur out of range.
+        For a name that is none.
     """
     if name not in CAMERAS:
         raise SpecError(f"camera {name!r} is not known; choose one of {', '.join(CAMERAS)}")
-    camera = replace(CAMERAS[name], mirror=mirror)
-    return camera if focus_blur_px is None else replace(camera, focus_blur_px=focus_blur_px)
+    return CAMERAS[name]

@@ -1,4 +1,5 @@
-"""What print, sheet, assembly and light do to a built badge: each flaw's unit, range and meaning, and builds by name.
+"""What print, sheet, assembly and light do to a built badge: each flaw's unit, range and meaning, and builds by name;
+and what a film may leave out.
 
 Numbers and words only, so that the command's help can read this without loading the simulator.
 
@@ -95,6 +96,8 @@ PRESETS: dict[str, dict[str, float]] = {
     },
 }
 BUILDS = ("ideal", *PRESETS)
+#: What a film need not show: fields of `scene.Need`.
+PARTS = ("background", "page", "shutter", "glare")
 
 
 def flaw_fields(wishes: dict[str, float]) -> dict[str, float]:
