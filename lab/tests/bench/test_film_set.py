@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import inspect
-import json
 from pathlib import Path
 
 import numpy as np
@@ -151,10 +150,6 @@ def test_a_film_that_cannot_be_made_is_reported_and_the_others_are_kept(plan: Pa
     assert not (tmp_path / "set" / "films.csv").exists()
 
 
-#: A camera matrix by its rows.
-LENS = [1400.0, 0.0, 959.5, 0.0, 1400.0, 539.5, 0.0, 0.0, 1.0]
-
-
 def test_every_option_of_simulate_that_says_something_of_a_film_is_a_column(plan: Path):
     """Catches: an option that comes to `simulate` and is forgotten here; a default that differs."""
     # As a spreadsheet writes it, with a mark at its beginning and an empty column.
@@ -178,24 +173,7 @@ def test_every_option_of_simulate_that_says_something_of_a_film_is_a_column(plan
         "scene": "desk",
         "build": "usual:7",
         "flaw": "air=0.1 ink=40",
-        "lens-model": str(plan.parent / "camera.json"),
     }
-    (plan.parent / "camera.json").write_text(
-        json.dumps(
-            {
-                "camera_matrix": {"type_id": "opencv-matrix", "rows": 3, "cols": 3, "dt": "d", "data": LENS},
-                "distortion_coefficients": {
-                    "type_id": "opencv-matrix",
-                    "rows": 1,
-                    "cols": 4,
-                    "dt": "d",
-                    "data": [0.0] * 4,
-                },
-                "image_width": 1920,
-                "image_height": 1080,
-            }
-        )
-    )
     columns = [name for name in options if name not in no_columns]
     plan.write_text(f"badge,{','.join(columns)}\nada.json,{','.join(cells.get(name, '9') for name in columns)}\n")
     wish = read_plan(plan)[0].wish

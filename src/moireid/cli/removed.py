@@ -21,6 +21,7 @@ REMOVED = {
     "print --kerf": "give --mount-figure kerf_mm=MM",
     "print --front array": "--axes xy or --axes hex sense more directions under a lenticular sheet",
     "simulate --sheet": "give --flaw: thickness=0.68, air=0.1, bow=1.5, lens-scale=1.0014, jitter=0.005 or feed=1.003",
+    "simulate --lens-model": "give --camera wide or webcam, or film through a moireid.simulate.Camera of that lens",
     "simulate --format": "let FFmpeg scale the film: -vf scale=848:480 -r 24",
     "simulate --codec": "let FFmpeg code the film anew: -c:v libx265; --effect hlg is H.265 with 10 bits",
     "simulate --crf": "give --effect crf, or let FFmpeg code the film anew: -crf NUMBER",

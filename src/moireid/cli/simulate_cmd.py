@@ -26,20 +26,6 @@ if TYPE_CHECKING:
     from moireid.simulate.left_out import LeftOut
 
 
-def _measured_lens(context: click.Context, option: click.Parameter, path: Path | None) -> Any:
-    """The lens of a calibration, as `Camera.through` takes one."""
-    from moireid.errors import MediaError, SpecError
-    from moireid.verifier.camera.known_camera import load_camera
-
-    if path is None:
-        return None
-    try:
-        lens = load_camera(path)
-    except (SpecError, MediaError) as error:
-        raise click.BadParameter(f"{error}.", context, option) from error
-    return lens.focal, lens.axis, lens.k1, lens.k2
-
-
 #: The first option of each group of the help.
 GROUPS = {
     "--motion": "How it is filmed",
@@ -92,14 +78,6 @@ GROUPS = {
     show_default=True,
     metavar="NAME",
     help="Kind of camera: phone, sharpened, webcam, wide, dim, bright, ideal.",
-)
-@click.option(
-    "--lens-model",
-    "lens",
-    type=click.Path(path_type=Path, dir_okay=False),
-    callback=_measured_lens,
-    metavar="FILE",
-    help="A real lens in place of the camera's: a calibration of OpenCV, or a lens profile of gyroflow.",
 )
 @click.option(
     "--build",

@@ -23,8 +23,6 @@ class Build:
         How far each sheet is moved along its fringes' axis, mm; positive for +x on an "x" grating.
     twist_rad : float
         How far each sheet is turned about the view axis, rad; positive from x towards y.
-    pieces : tuple of (float, float)
-        Offset and twist of each grating's own piece of sheet, added to those of all, as each is mounted by itself.
     print_scale : float
         Printed over nominal width, about the board's centre.
     lens_scale : float
@@ -82,7 +80,6 @@ class Build:
     bow_radius_m: float = math.inf
     pitch_jitter: float = 0.0
     print_aspect: float = 1.0
-    pieces: tuple[tuple[float, float], ...] = ()
     ink_um: float = 0.0
     banding: float = 0.0
     focus_ratio: float = 1.0
@@ -130,11 +127,6 @@ class Build:
         """Fields that are not as designed."""
         return [one.name for one in fields(self) if getattr(self, one.name) != one.default]
 
-    def sheet(self, grating: int) -> tuple[float, float]:
-        """Offset, mm, and twist, rad, of the piece of sheet over a grating, by its number."""
-        offset_mm, twist_rad = self.pieces[grating] if self.pieces else (0.0, 0.0)
-        return self.lens_offset_mm + offset_mm, self.twist_rad + twist_rad
-
     @property
     def print_scales(self) -> tuple[float, float]:
         """Printed over nominal size along the page's x and y, about the board's centre.
@@ -172,8 +164,7 @@ class Build:
         )
 
 
-#: Fields that are numbers: all but single pieces of sheet.
-BUILD_NUMBERS = tuple(one.name for one in fields(Build) if one.name != "pieces")
+BUILD_NUMBERS = tuple(one.name for one in fields(Build))
 #: Set by hand, mm: bands recur after this, as turns of a gear do; air and lenses change over about this far (to a
 #: correlation of 1/e); and light scatters in a sheet about this far.
 BAND_MM, SMOOTH_MM, HAZE_MM = 12.7, 25.0, 3.0

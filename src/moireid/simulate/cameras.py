@@ -8,7 +8,7 @@ Source: Brown 1966; the names and order of OpenCV's `projectPoints`, whose first
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -133,27 +133,6 @@ class Camera:
             [x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x), y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y],
             axis=-1,
         )
-
-    def through(self, focal: float, axis: tuple[float, float], k1: float, k2: float) -> Camera:
-        """This camera with another lens.
-
-        Parameters
-        ----------
-        focal : float
-            Focal length, in long sides of the picture.
-        axis : (float, float)
-            Where the optical axis meets the picture, from its middle, in long sides.
-        k1, k2 : float
-            Radial distortion.
-
-        Raises
-        ------
-        SpecError
-            For a distortion that folds the picture back on itself.
-        """
-        long_px = max(self.width, self.height)
-        centre = ((self.width - 1) / 2 + axis[0] * long_px, (self.height - 1) / 2 + axis[1] * long_px)
-        return replace(self, focal_px=focal * long_px, principal_px=centre, distortion=(k1, k2, 0.0, 0.0))
 
     def _lens_is_one_to_one(self) -> bool:
         """Whether each border pixel has undistorted slopes that lead back to the same pixel."""

@@ -31,7 +31,6 @@ def simulate(
     flaws: Sequence[str] = (),
     scene: str | None = None,
     camera: str = "phone",
-    lens: tuple[float, tuple[float, float], float, float] | None = None,
     light: str | None = None,
     effects: Sequence[str] = (),
     recipe: str | None = None,
@@ -68,8 +67,6 @@ def simulate(
         Where the badge is: "desk", "worn", "lectern" or "call"; None for clouds behind it, in grey.
     camera : str
         The camera's name, such as "phone".
-    lens : (float, (float, float), float, float), optional
-        A measured lens in place of the camera's, as `Camera.through` takes one.
     light : str, optional
         Such as "window"; None for the plain light.
     effects : sequence of str
@@ -116,7 +113,7 @@ def simulate(
     seen = Scene(
         badge if isinstance(badge, Badge) else load_badge(badge),
         flawed(build_named(build, seed), wished),
-        camera_named(camera) if lens is None else camera_named(camera).through(*lens),
+        camera_named(camera),
         light=light_named(light) if light else None,
         need=Need(**dict.fromkeys(leave_out, False)),
         print_picture=load_print(as_path(badge)) if scene and not isinstance(badge, Badge) else None,

@@ -60,7 +60,6 @@ from moireid.simulate.mitsuba.sheet import (
     mask_strips,
     page_strips,
     sheet_room,
-    turned_for,
     wall_strips,
 )
 from moireid.simulate.mitsuba.variant import mitsuba_with
@@ -232,7 +231,8 @@ def grating_parts(
     """The page's lines under one grating, the sheet over it, and its sides; each part has a surface of its own."""
     grating = scene.badge.gratings[number]
     lens, room, frame = scene.lens, sheet_room(scene, grating), scene.badge.frame_of(grating)
-    build = turned_for(scene.build, number, frame.handed)
+    # A reflection changes a twist's sign.
+    build = replace(scene.build, twist_rad=frame.handed * scene.build.twist_rad)
     parts = {name: (strips, name) for name, strips in page_strips(scene, grating).items()}
     if lens.kind == "lenticular":
         parts["lenses"] = (front_strips(lens, build, room, segments), "glass")

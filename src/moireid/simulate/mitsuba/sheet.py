@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -39,15 +39,6 @@ class Strips:
     along: Array
     depth: Array
     normals: Array | None = None
-
-
-def turned_for(build: Build, grating: int, handed: float) -> Build:
-    """The build as one grating sees it: with its own piece of sheet, the twist from across towards along.
-
-    Parameters: grating: its number; handed: of its frame (`moireid.frames`), by which a twist changes its sign.
-    """
-    offset_mm, twist_rad = build.sheet(grating)
-    return replace(build, lens_offset_mm=offset_mm, twist_rad=handed * twist_rad, pieces=())
 
 
 def front_strips(lens: Lens, build: Build, room: Room, segments: int) -> Strips:
