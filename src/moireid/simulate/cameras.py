@@ -55,7 +55,7 @@ class Camera:
     Raises
     ------
     SpecError
-        For a figure out of its range, or a distortion that folds the picture back on itself.
+        For a figure out of its range.
 
     Notes
     -----
@@ -97,10 +97,6 @@ class Camera:
                 raise SpecError(f"a camera's {name} is {value:g}; give {low:g} to {high:g}", **{name: value})
         if len(self.distortion) != 4 or not all(math.isfinite(value) for value in self.distortion):
             raise SpecError(f"a camera's distortion is {self.distortion}; give k1, k2, p1, p2 as four finite numbers")
-        if not self._lens_is_one_to_one():
-            raise SpecError(
-                f"distortion {self.distortion} folds the picture back on itself within the frame; give smaller figures"
-            )
 
     @property
     def matrix(self) -> Array:
@@ -133,17 +129,6 @@ class Camera:
             [x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x), y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y],
             axis=-1,
         )
-
-    def _lens_is_one_to_one(self) -> bool:
-        """Whether each border pixel has undistorted slopes that lead back to the same pixel."""
-        if self.distortion == (0.0, 0.0, 0.0, 0.0):
-            return True
-        way = np.linspace(-0.5, 0.5, 9)
-        rim = [(s * self.width, e * self.height) for s in way for e in way if 0.5 in (abs(s), abs(e))]
-        middle = np.array([(self.width - 1) / 2, (self.height - 1) / 2])
-        border = (np.array(rim) + middle - self.matrix[:2, 2]) / self.focal_px
-        found = np.array([undistorted(x, y, np.array(self.distortion)) for x, y in border])
-        return bool(np.all(np.isfinite(found)) and np.abs(self._distorted(found) - border).max() < 1e-6)
 
 
 @njit(cache=True)

@@ -58,7 +58,7 @@ def front_strips(lens: Lens, build: Build, room: Room, segments: int) -> Strips:
     Raises
     ------
     SpecError
-        Where the lenses would be wider than their diameter, or none lies in the rectangle.
+        Where the lenses would be wider than their diameter.
 
     Notes
     -----
@@ -67,8 +67,7 @@ def front_strips(lens: Lens, build: Build, room: Room, segments: int) -> Strips:
     normals there.
     """
     pitch, radius = lens.pitch_mm * build.lens_scale, lens.radius_mm
-    if radius is None:
-        raise SpecError("a line mask has no lenses to build; ask for its bars")
+    assert radius is not None
     if pitch > 2 * radius:
         raise SpecError(f"lens_scale={build.lens_scale:g} spreads the lenses beyond their diameter; give less")
     cuts = (np.arange(segments + 1) / segments - 0.5) * pitch
@@ -112,8 +111,6 @@ def sheet_strips(build: Build, room: Room, pitch: float, middles: Array) -> tupl
     axes = np.arange(math.floor(reach[0] / pitch) - 1, math.ceil(reach[1] / pitch) + 2) * pitch
     place = np.add.outer(axes, middles)
     lens, strip = np.nonzero((place >= reach[0]) & (place <= reach[1]))
-    if not len(lens):
-        raise SpecError(f"a sheet of {room} mm holds no lens of {pitch:g} mm; give a larger one")
     return np.asarray(axes[lens], float), np.asarray(strip, np.intp)
 
 
