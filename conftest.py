@@ -21,9 +21,9 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 #: What tests see of registries is not remembered in the developer's home; programs that they start inherit it.
 SEEN = tempfile.TemporaryDirectory(prefix="moireid-seen-")
 os.environ["MOIREID_SEEN"] = f"{SEEN.name}/seen.sqlite3"
-#: Nor do the developer's settings count.
-os.environ["MOIREID_CONFIG"] = f"{SEEN.name}/config.toml"
-os.environ.pop("MOIREID_REGISTRY", None)
+#: Nor do the developer's own options count.
+for name in ("REGISTRY", "LENS", "PAPER", "ACTOR", "PUBLIC_URL"):
+    os.environ.pop(f"MOIREID_{name}", None)
 
 
 @pytest.hookimpl(wrapper=True)

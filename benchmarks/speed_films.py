@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
@@ -20,7 +20,7 @@ from scipy.spatial.transform import Rotation
 
 from moireid.badge import Badge, load_badge
 from moireid.designer import Order, design_badge, payload_from_hex
-from moireid.simulate.cameras import Camera, PictureFormat, camera_named
+from moireid.simulate.cameras import Camera, camera_named
 from moireid.simulate.filming import film
 from moireid.simulate.motion import Motion, Poses, motion_named
 from moireid.simulate.scene import Build, Scene
@@ -67,7 +67,7 @@ def speed_films(seconds: float = SECONDS) -> Iterator[SpeedFilm]:
     for name, badge in (("genuine_1.0m", prototype), ("genuine_2.0m", prototype), ("rendered_path_1.4m", mask)):
         yield SpeedFilm(f"outside {name}", badge, f"{name}.mp4")
     phone, room = camera_named("phone"), Room(camera_named("phone"))
-    large, shaken = PictureFormat(3840, 2160, 30.0).of(phone), camera_named("sharpened")
+    large, shaken = replace(phone, width=3840, height=2160, focal_px=2 * phone.focal_px), camera_named("sharpened")
     usual = partial(_filmed, phone, seconds=seconds)
     in_hand, hidden = usual, partial(usual, build=Build(), motion="walk", fps=30.0)
     yield SpeedFilm("in a hand, 60 fps", BADGE, "hand.mp4", in_hand)

@@ -176,14 +176,13 @@ def test_a_scene_turned_as_a_whole_looks_the_same() -> None:
 
 @pytest.mark.parametrize("precision", ["float32", "float64"])
 def test_the_pictures_of_turned_gratings_are_the_independent_tracer_s(hexagonal: Badge, precision: str) -> None:
-    """Catches: a print of two scales whose shear is left out, a piece of sheet laid as its neighbour is."""
+    """Catches: a print of two scales whose shear is left out, a twist whose sign is another grating's."""
     build = Build(
         lens_offset_mm=0.05,
         twist_rad=math.radians(0.1),
         print_scale=1.003,
         print_aspect=0.994,
         lens_scale=1.001,
-        pieces=((0.0, 0.0), (0.1, 0.004), (-0.2, -0.003)),
     )
     camera = Camera(1920, 1080, 1450.0, shutter_s=0.0)
     place = np.array([[140.0, -80.0, -1000.0]])
@@ -193,13 +192,20 @@ def test_the_pictures_of_turned_gratings_are_the_independent_tracer_s(hexagonal:
     seen = AnalyticRenderer(scene, rays=(16, 4), precision=precision).render(Instant(poses, poses, place[0]))  # type: ignore[arg-type]
     assert seen is not None
     rng = np.random.default_rng(4)
-    for number, grating in enumerate(hexagonal.gratings):
-        offset_mm, twist_rad = build.sheet(number)
+    for grating in hexagonal.gratings:
         own = own_rect(grating.axis, grating.rect_mm)
         chosen = rng.uniform((own[0] + 4, own[1] + 4), (own[2] - 4, own[3] - 4), (60, 2))
         board = hexagonal.frame_of(grating).on_page(chosen) - scene.board_centre_mm
         pixels = np.rint((board - place[0, :2]) / 1000.0 * 1450.0 + centred.matrix[:2, 2]).astype(int)
-        setup = Setup(hexagonal, offset_mm, twist_rad, build.print_scales, build.lens_scale, scene.ink, scene.paper)
+        setup = Setup(
+            hexagonal,
+            build.lens_offset_mm,
+            build.twist_rad,
+            build.print_scales,
+            build.lens_scale,
+            scene.ink,
+            scene.paper,
+        )
         true = trace_pixels(setup, centred.matrix, place[0], np.eye(3), pixels[:, 0], pixels[:, 1]).radiance
         found = seen.radiance[pixels[:, 1] - seen.top, pixels[:, 0] - seen.left]
         assert np.sqrt(np.mean((found - true) ** 2)) < 0.04, grating.axis

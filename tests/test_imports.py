@@ -17,8 +17,6 @@ import grimp
 import moireid
 import moireid_lab
 import moireid_studio
-from moireid.cli.simulate_cmd import FORGERIES
-from moireid.simulate.forgeries.trajectories import KINDS
 
 ROOTS = [Path(package.__file__).parent for package in (moireid, moireid_studio, moireid_lab) if package.__file__]
 #: `build123d` alone takes 5 s to import, so no module of ours may import these where it is merely loaded.
@@ -122,9 +120,3 @@ def test_the_verifier_at_work_loads_neither_simulator_nor_workshop() -> None:
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.split() == []
-
-
-def test_the_command_knows_the_forgeries_of_the_simulator() -> None:
-    """Catches: a forgery that --forge does not offer, or offers and nobody can make (the list is written twice)."""
-    assert FORGERIES == KINDS
-    assert len(set(KINDS)) == len(KINDS)

@@ -6,14 +6,13 @@ import inspect
 import re
 import subprocess
 import sys
-from dataclasses import fields
 from pathlib import Path
 
 import pytest
 
 import moireid as mo
 from kit.places import ROOT
-from moireid.simulate.filming import FilmOptions
+from moireid.cli.simulate_cmd import simulate_command
 
 NAMES = (
     "AsBuilt Badge CodeError DesignError FabricationError FilmCheck MediaError MissingExtraError MoireIdError Registry "
@@ -55,14 +54,15 @@ def test_simulate_is_a_room_and_a_function() -> None:
     assert list(inspect.signature(mo.simulate).parameters)[:2] == ["badge", "video"]
 
 
-def test_simulate_has_the_defaults_of_the_command() -> None:
+def test_simulate_has_the_parameters_and_defaults_of_the_command() -> None:
     """Catches: a default that is another than that of `moireid simulate`; an option that is forgotten unnoticed."""
-    parameters = inspect.signature(mo.simulate).parameters
-    for field in fields(FilmOptions):
-        if field.name in parameters:
-            assert parameters[field.name].default == field.default, field.name
-    left_out = {field.name for field in fields(FilmOptions)} - parameters.keys()
-    assert left_out == {"lens", "format", "mirror", "blur_px", "codec", "crf", "leave_out"}
+    parameters = dict(inspect.signature(mo.simulate).parameters)
+    options = simulate_command.make_context("simulate", ["badge.json", "--out", "film.mp4"]).params
+    for name in ("badge", "video", "progress"):
+        del parameters[name]
+    assert set(options) - set(parameters) == {"badge_json", "video", "as_json", "explain"}
+    for name, parameter in parameters.items():
+        assert options[name] == parameter.default, name
 
 
 def test_what_names_the_version_is_one_file() -> None:

@@ -29,7 +29,6 @@ from moireid.profiles import (
     save_printer_profile,
 )
 from moireid.simulate import Build, Camera, Scene, film, motion_named, truth_path
-from moireid.simulate.build import build_of_truth
 from moireid.simulate.motion import from_csv
 from moireid.verifier import Film, Question, identify, verify, write_report
 from moireid.verifier.camera.known_camera import load_camera
@@ -63,7 +62,6 @@ READERS: dict[str, Callable[[Any], object]] = {
     "load_picture": lambda path: load_picture(path, "logo"),
     "load_lens_profile": load_lens_profile,
     "load_printer_profile": load_printer_profile,
-    "build_of_truth": build_of_truth,
     "from_csv": lambda path: from_csv(path, 1000.0),
     "motion_named": lambda path: motion_named(path, distance_mm=1000.0, seed=0),
 }

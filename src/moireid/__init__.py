@@ -26,7 +26,7 @@ question.py      what a film is checked against
 materials.py     the table of what a badge is built of
 result_cache.py  rows of figures kept in a file          reading/      films read in a sealed process
 json_schema.py   documents held against a JSON Schema
-user_settings.py what a user sets once for all commands
+user_settings.py a user's folders, and the nearest word
 camera_chart.py  the chart to calibrate a camera with    registry/     who was issued which badge
 calibration/     a sheet or a camera, from pictures      attest/       verdicts signed, and checked by others
 cli/             the two programs                        issuing.py    an order -> a badge that can be made

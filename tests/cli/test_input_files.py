@@ -39,7 +39,6 @@ COMMANDS = {
     "print --printer": ["print", "Ada", "--out", "out", "--printer", "IT"],
     "simulate BADGE": ["simulate", "IT", "--out", "f.mp4"],
     "simulate --motion": ["simulate", BADGE, "--out", "f.mp4", "--motion", "IT"],
-    "simulate --build": ["simulate", BADGE, "--out", "f.mp4", "--build", "IT"],
     "calibrate --chart": ["calibrate", BADGE, "--chart", "IT", "--out", "lens.json"],
     "calibrate FILM": ["calibrate", "IT", "--camera", "--out", "camera.yaml"],
     "registry import": ["registry", "import", "IT"],
@@ -55,7 +54,6 @@ NAMES = {
     "print --template": "it.toml",
     "print --lens": "it.json",
     "simulate --motion": "it.csv",
-    "simulate --build": "it.truth.csv",
     "lab film-set PLAN": "it.csv",
     "lab evaluate MANIFEST": "it.csv",
 }

@@ -41,7 +41,6 @@ def run(folder: Path, *words: object, **variables: str) -> subprocess.CompletedP
         ("verify film.mp4 --claim Ada", "give --registry, or set MOIREID_REGISTRY"),
         ("registry list --registry ~/people.sqlite3", "give the whole path"),
         ("registry init --registry people.sqlite3", "set MOIREID_KEYS"),
-        ("config set paper a4", "set MOIREID_CONFIG"),
         ("token list", "name a folder with --data"),
     ],
 )

@@ -107,7 +107,7 @@ class Session:
         path = f"{Path(sys.executable).parent}:{os.environ['PATH']}"
         apart = {"XDG_DATA_HOME": str(folder / ".data"), "MOIREID_KEYS": str(folder / ".keys"), "PATH": path}
         # Each page goes on alone with a copy of one registry, which those who saw another page's would call a fork.
-        apart |= {"MOIREID_SEEN": str(folder / ".seen.sqlite3"), "MOIREID_CONFIG": str(folder / ".config.toml")}
+        apart |= {"MOIREID_SEEN": str(folder / ".seen.sqlite3")}
         self._environ = os.environ | apart | {"NUMBA_NUM_THREADS": "1", "LC_ALL": "C.UTF-8", "COLUMNS": "120"}
         self._bash, self._python = self._start("bash", "--norc"), self._start(sys.executable, "-c", PYTHON)
 

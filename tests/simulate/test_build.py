@@ -12,9 +12,11 @@ import pytest
 
 from moireid.cli.simulate_cmd import simulate_command
 from moireid.errors import SpecError
-from moireid.simulate.build import Build, build_named, build_of_truth, flawed
-from moireid.simulate.filming import FilmOptions, _check_backend, scene_of
+from moireid.simulate.build import BUILD_NUMBERS, Build, build_named, flawed
+from moireid.simulate.film_badge import simulate
+from moireid.simulate.filming import _check_backend
 from moireid.simulate.flaw_table import BUILDS, FLAWS, PRESETS, read_flaw
+from moireid.simulate.light import light_named
 from moireid.simulate.motion import Poses
 from moireid.simulate.scene import Scene
 from moireid.simulate.truth import Truth
@@ -23,7 +25,7 @@ from moireid.simulate.truth import Truth
 def test_a_flaw_has_a_field_and_the_help_names_it():
     """Catches: a field of `Build` that no option sets; two options for one; a flaw that the help leaves out."""
     named = [one.field for one in FLAWS.values()]
-    assert sorted(named) == sorted({one.name for one in fields(Build)} - {"pieces", "seed"})
+    assert sorted(named) == sorted({one.name for one in fields(Build)} - {"seed"})
     words = (simulate_command.help or "").split()
     assert {*FLAWS, *BUILDS} <= set(words)
     assert all({*wishes} <= {*FLAWS} for wishes in PRESETS.values())
@@ -66,22 +68,20 @@ def truth_text(prototype, build: Build) -> str:
 
 
 @pytest.mark.parametrize("name", ["ideal", "poor"])
-def test_the_truth_holds_the_build_whole(prototype, tmp_path, name):
-    """Catches: a figure that is rounded, or left out, so that the next film shows another badge."""
-    path, build = tmp_path / "film.mp4.truth.csv", build_named(name, 11)
-    path.write_text(truth_text(prototype, build), encoding="utf-8")
-    assert build_of_truth(path) == build_named(str(path), 0) == build
-    row = next(csv.DictReader(path.open(encoding="utf-8")))
-    assert {key: float(value) for key, value in row.items() if key != "label"}["build_haze"] == build.haze
+def test_the_truth_holds_the_build_whole(prototype, name):
+    """Catches: a figure that is rounded, or left out."""
+    build = build_named(name, 11)
+    row = next(csv.DictReader(io.StringIO(truth_text(prototype, build))))
+    assert [float(row[f"build_{name}"]) for name in BUILD_NUMBERS] == [getattr(build, name) for name in BUILD_NUMBERS]
 
 
 def test_a_lamp_of_the_build_lights_a_scene_without_a_light(prototype):
     """Catches: a glare that only the command shows; two lights at once; one in place of the light asked for."""
     assert Scene(prototype, Build(glare=0.2)).light.share == 0.2 and Scene(prototype).light is None
-    window = scene_of(prototype, FilmOptions(build="usual", light="window")).light
+    window = Scene(prototype, Build(glare=0.2), light=light_named("window")).light
     assert window is not None and window.place_mm[0] > 0
     with pytest.raises(SpecError, match="two lights"):
-        scene_of(prototype, FilmOptions(flaws=("glare=0.1",), light="window"))
+        simulate(prototype, "film.mp4", flaws=("glare=0.1",), light="window")
 
 
 def test_mitsuba_refuses_what_it_does_not_build(prototype):

@@ -255,12 +255,3 @@ def test_the_background_turns_with_the_camera():
     assert shift[0] == pytest.approx(900 * np.tan(np.radians(2.0)) - 31, abs=0.5)
     assert shift[1] == pytest.approx(0.0, abs=0.5)
     assert np.ptp(straight) > 20
-
-
-def test_a_lens_model_takes_the_camera_s_lens_s_place(rng):
-    """Catches: an axis from the corner; shares of the width of an upright picture; the rest of the camera lost."""
-    upright = Camera(1080, 1920, mirror=True).through(0.7, (0.01, -0.02), -0.2, 0.05)
-    matrix = np.array([[1344.0, 0, 539.5 + 19.2], [0, 1344.0, 959.5 - 38.4], [0, 0, 1.0]])
-    points = np.column_stack([rng.uniform(-200, 200, (9, 2)), rng.uniform(800, 1200, 9)])
-    expected, _ = cv2.projectPoints(points, np.zeros(3), np.zeros(3), matrix, np.array([-0.2, 0.05, 0, 0]))
-    assert upright.project(points) == pytest.approx(expected[:, 0], abs=1e-6) and upright.mirror

@@ -13,11 +13,12 @@ import pytest
 from click.testing import CliRunner
 
 from moireid.cli.main import moireid
-from moireid.cli.simulate_cmd import PARTS, _saved
+from moireid.cli.simulate_cmd import _saved
 from moireid.errors import SpecError
 from moireid.simulate.analytic.accuracy import Difference, Estimate, brightness, difference, estimate_error, strips_of
 from moireid.simulate.analytic.analytic_renderer import AnalyticRenderer, BoardRadiance
 from moireid.simulate.filming import FilmReport, film
+from moireid.simulate.flaw_table import PARTS
 from moireid.simulate.forgeries.rear_layer import SquaredUp
 from moireid.simulate.left_out import left_out
 from moireid.simulate.light import light_named

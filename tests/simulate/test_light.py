@@ -9,11 +9,10 @@ import numpy as np
 import pytest
 
 from moireid.badge import Badge, Lens
-from moireid.cli.simulate_cmd import LIGHT_NAMES
 from moireid.errors import SpecError
 from moireid.simulate.analytic.analytic_renderer import AnalyticRenderer
 from moireid.simulate.analytic.light_kernels import lamp_figures, light_at
-from moireid.simulate.light import BINS, LIGHTS, DiscLight, light_named, light_table, passed_share, straight_share
+from moireid.simulate.light import BINS, DiscLight, light_named, light_table, passed_share, straight_share
 from moireid.simulate.motion import Poses
 from moireid.simulate.scene import Instant, Scene
 
@@ -139,8 +138,7 @@ def test_without_a_light_nothing_is_added(prototype: Badge):
     assert 0.01 < np.abs(none.radiance - even.radiance).max() < 0.2
 
 
-def test_the_command_line_offers_the_same_lights():
-    """Catches: one list grown without the other."""
-    assert tuple(LIGHTS) == LIGHT_NAMES
+def test_an_unknown_light_lists_those_there_are():
+    """Catches: a traceback for a name that is none."""
     with pytest.raises(SpecError, match="softbox"):
         light_named("moon")

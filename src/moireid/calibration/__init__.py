@@ -17,25 +17,18 @@ from typing import TYPE_CHECKING
 from moireid.lazy import lazy
 
 if TYPE_CHECKING:
-    from moireid.calibration.chart_reading import ChartView, view_chart
-    from moireid.calibration.lens_fit import lens_from_band, lens_from_views
-    from moireid.calibration.still import load_pictures
+    from moireid.calibration.chart_reading import ChartView as ChartView
+    from moireid.calibration.chart_reading import view_chart as view_chart
+    from moireid.calibration.lens_fit import lens_from_band as lens_from_band
+    from moireid.calibration.lens_fit import lens_from_views as lens_from_views
+    from moireid.calibration.still import load_pictures as load_pictures
 
-__all__ = [
-    "ChartView",
-    "lens_from_band",
-    "lens_from_views",
-    "load_pictures",
-    "view_chart",
-]
-
-__getattr__ = lazy(
-    __name__,
-    {
-        "ChartView": "chart_reading",
-        "lens_from_band": "lens_fit",
-        "lens_from_views": "lens_fit",
-        "load_pictures": "still",
-        "view_chart": "chart_reading",
-    },
-)
+HOMES = {
+    "ChartView": "chart_reading",
+    "lens_from_band": "lens_fit",
+    "lens_from_views": "lens_fit",
+    "load_pictures": "still",
+    "view_chart": "chart_reading",
+}
+__all__ = [*HOMES]
+__getattr__ = lazy(__name__, HOMES)

@@ -14,10 +14,8 @@ witness_options.py  options by which readers ask for the signatures of witnesses
 verify/          verify, identify
 attest/          verify --sign, and attest check
 simulate_cmd.py  simulate
-simulate_values.py  its effects, flaws and measured lenses as options
 first_badge_cmd.py  first-badge
 pitch_cmd.py     pitch-test, calibrate
-config_cmd.py    config
 
 Heavy packages are imported inside the functions that need them, so that `--help` is quick.
 """

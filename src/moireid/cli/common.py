@@ -96,33 +96,8 @@ overwrite_option = click.option("--overwrite", is_flag=True, help="Replace files
 PAPER, PRINTER_DPI = click.Choice(["a4", "letter"]), click.IntRange(72, 9600)
 
 
-class SettingOption(click.Option):
-    """An option whose default the user may set with `moireid config`, by the option's own name."""
-
-    @property
-    def key(self) -> str:
-        """Its name in the user's settings."""
-        return self.opts[-1].removeprefix("--")
-
-    def get_default(self, ctx: click.Context, call: bool = True) -> Any:
-        """What is set, or else the default.  Raises: ClickException where the option takes no such value."""
-        # Help shows the default of everybody.
-        if ctx.resilient_parsing or not call:
-            return super().get_default(ctx, call)
-        from moireid.user_settings import load_settings, settings_file
-
-        try:
-            found = load_settings().get(self.key)
-            return super().get_default(ctx, call) if found is None else self.type.convert(found, self, ctx)
-        except SpecError as error:
-            raise click.ClickException(str(error)) from error
-        except click.BadParameter as error:
-            raise click.ClickException(f"{self.key} in {settings_file()}: {error.message}") from error
-
-
 printer_dpi_option = click.option(
     "--printer-dpi",
-    cls=SettingOption,
     type=PRINTER_DPI,
     default=1200,
     metavar="DPI",
@@ -131,7 +106,7 @@ printer_dpi_option = click.option(
 )
 paper_option = click.option(
     "--paper",
-    cls=SettingOption,
+    envvar="MOIREID_PAPER",
     type=PAPER,
     default="a4",
     show_default=True,
@@ -163,8 +138,8 @@ registry_option = click.option(
     "--registry",
     "registry_url",
     metavar="URL|FILE",
-    help="The registry: the path of an SQLite file, or an SQLAlchemy URL. Default: that of MOIREID_REGISTRY, else of "
-    "moireid config, else one in your user data folder.",
+    help="The registry: the path of an SQLite file, or an SQLAlchemy URL. Default: that of MOIREID_REGISTRY, else one "
+    "in your user data folder.",
 )
 expires_option = click.option(
     "--expires",
@@ -173,7 +148,7 @@ expires_option = click.option(
 )
 actor_option = click.option(
     "--actor",
-    cls=SettingOption,
+    envvar="MOIREID_ACTOR",
     metavar="NAME",
     help="Who does this, as the registry's log is to name them; default: the account that runs this command.",
 )

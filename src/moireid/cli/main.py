@@ -28,7 +28,6 @@ SECTIONS: dict[str, tuple[str, ...]] = {
         *("first-badge", "materials", "pitch-test", "calibrate"),
     ),
     "The registry, and access to the studio": ("registry", "token"),
-    "What you set once": ("config",),
     "For researchers: many films at once, and the figures that this project states": ("lab",),
 }
 #: The commands of this package: each module is imported when its command is called, or its help is shown.
@@ -44,7 +43,6 @@ OWN = {
     "pitch-test": "moireid.cli.pitch_cmd:pitch_test_command",
     "calibrate": "moireid.cli.pitch_cmd:calibrate_command",
     "registry": "moireid.cli.registry:registry_group",
-    "config": "moireid.cli.config_cmd:config_group",
 }
 #: Commands that another distribution of the project adds, by its entry points, and which that is.
 ELSEWHERE = {

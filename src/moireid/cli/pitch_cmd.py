@@ -11,7 +11,6 @@ import click
 from moireid.cli.common import (
     FiniteRange,
     FolderPath,
-    SettingOption,
     echo,
     form_option,
     friendly,
@@ -37,7 +36,7 @@ if TYPE_CHECKING:
 @click.option("--out", "folder", required=True, type=FolderPath(), help="Folder for the files.")
 @click.option(
     "--lens",
-    cls=SettingOption,
+    envvar="MOIREID_LENS",
     default="62lpi-27mil",
     show_default=True,
     metavar="LABEL|FILE",

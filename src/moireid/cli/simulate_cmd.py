@@ -9,57 +9,33 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from moireid.cli.common import FiniteRange, echo, friendly, json_option, overwrite_option, progress_bar, show_json
-from moireid.cli.simulate_values import EFFECT, FLAW, LensFile
-from moireid.simulate.flaw_table import BUILDS, flaw_lines
+from moireid.cli.common import (
+    FiniteRange,
+    GroupedCommand,
+    echo,
+    friendly,
+    json_option,
+    overwrite_option,
+    progress_bar,
+    show_json,
+)
+from moireid.simulate.flaw_table import BUILDS, PARTS, flaw_lines
 
 if TYPE_CHECKING:
     from moireid.simulate.filming import FilmReport
     from moireid.simulate.left_out import LeftOut
-    from moireid.simulate.scene import Scene
-
-#: The names of `moireid.simulate`, repeated here because importing that package takes a second; a test compares.
-FORGERIES = (
-    "frozen",
-    "drift",
-    "randomwalk",
-    "late",
-    "gain_low",
-    "gain_high",
-    "reversed",
-    "splice",
-    "wobble",
-    "patchy",
-    "generative",
-    "photo",
-    "screen",
-)
-CAMERAS = ("phone", "sharpened", "webcam", "wide", "dim", "bright", "ideal")
-EFFECT_CAMERAS = ("eis", "tnr", "zoom", "autoframe", "breathing", "hlg", "call-tile")
-FORMATS = ("848x480@24", "1280x720@24", "1920x1080@25")
-CODECS = ("h264", "h265", "av1")
-RECIPES = ("chat", "call", "meeting", "low", "double", "vfr")
-MOTIONS = (
-    "handheld",
-    "walk",
-    "linear",
-    "sway",
-    "static",
-    "roll",
-    "oblique",
-    "tumble",
-    "circle",
-    "board",
-    "both",
-    "alike",
-)
-LIGHT_NAMES = ("even", "softbox", "window", "lamp", "sun")
-SHEETS = ("thin", "gap", "bowed", "warm", "jittered", "fed")
-PLACES = ("desk", "worn", "lectern", "call")
-PARTS = ("background", "page", "shutter", "glare")
 
 
-@click.command("simulate")
+GROUPS = {
+    "How it is filmed": "motion distance frames fps camera",
+    "What is filmed": "build flaw scene light forge",
+    "What becomes of the film": "effect recipe",
+    "Error and run time": "backend error leave-out explain",
+    "Output": "out seed overwrite json",
+}
+
+
+@click.command("simulate", cls=GroupedCommand, groups=GROUPS)
 @click.argument("badge_json", type=click.Path(path_type=Path))
 @click.option("--out", "video", required=True, type=click.Path(path_type=Path, dir_okay=False), help="The film, .mp4.")
 @click.option(
@@ -67,7 +43,8 @@ PARTS = ("background", "page", "shutter", "glare")
     default="handheld",
     show_default=True,
     metavar="NAME|CSV",
-    help=f"How the camera moves: {', '.join(MOTIONS)}, or a CSV file of poses.",
+    help="How the camera moves: handheld, walk, linear, sway, static, roll, oblique, tumble, circle, board, both, "
+    "alike, or a CSV file of poses.",
 )
 @click.option(
     "--distance",
@@ -89,13 +66,55 @@ PARTS = ("background", "page", "shutter", "glare")
 @click.option(
     "--fps",
     type=FiniteRange(1, 1000),
+    default=60.0,
     metavar="NUMBER",
-    help="Frames per second; default: 60, or those of the format.",
+    show_default=True,
+    help="Frames per second.",
 )
 @click.option(
-    "--format",
-    type=click.Choice(FORMATS),
-    help="Size and frames per second of a video generator's films; default: the camera's size.",
+    "--camera",
+    default="phone",
+    show_default=True,
+    metavar="NAME",
+    help="Kind of camera: phone, sharpened, webcam, wide, dim, bright, ideal.",
+)
+@click.option(
+    "--build",
+    default="typical",
+    show_default=True,
+    metavar="NAME[:SEED]",
+    help=f"How the badge was built: {', '.join(BUILDS)}, with a seed of its own.",
+)
+@click.option(
+    "--flaw",
+    "flaws",
+    multiple=True,
+    metavar="NAME=VALUE",
+    help="One quantity of the build; may be given several times; the names are listed above.",
+)
+@click.option(
+    "--scene",
+    metavar="NAME",
+    help="Where the badge is, in colour: on a desk, worn in an office, at a lectern, in a call; printed as in "
+    "preview.png next to badge.json. Default: before grey clouds. With --effect or --recipe the film is grey.",
+)
+@click.option(
+    "--light",
+    metavar="NAME",
+    help="Light the badge, with glare on its lenses; default: the page shines evenly by itself.",
+)
+@click.option("--forge", metavar="KIND", help="Forge the film in one thing; the kinds are listed above.")
+@click.option(
+    "--effect",
+    "effects",
+    multiple=True,
+    metavar="NAME[:STRENGTH]",
+    help="What the world does to the film: light, ordinary (default) or strong; may be given several times.",
+)
+@click.option(
+    "--recipe",
+    metavar="NAME",
+    help="What sending makes of the film: chat, call, meeting, low (quality), double (coded twice), vfr (frames lost).",
 )
 @click.option(
     "--backend",
@@ -112,85 +131,12 @@ PARTS = ("background", "page", "shutter", "glare")
     help="Largest error of the fringe phase; the fastest setting that keeps it is taken.",
 )
 @click.option(
-    "--forge",
-    type=click.Choice(FORGERIES),
-    metavar="KIND",
-    help="Forge the film in one thing; the kinds are listed above.",
-)
-@click.option(
-    "--scene",
-    type=click.Choice(PLACES),
-    help="Where the badge is, in colour: on a desk, worn in an office, at a lectern, in a call; printed as in "
-    "preview.png next to badge.json. Default: before grey clouds. With --effect or --recipe the film is grey.",
-)
-@click.option(
-    "--build",
-    default="typical",
-    show_default=True,
-    metavar="NAME[:SEED]|CSV",
-    help=f"How the badge was built: {', '.join(BUILDS)}, with a seed of its own; or the one of another film, by its "
-    ".truth.csv.",
-)
-@click.option(
-    "--flaw",
-    "flaws",
-    type=FLAW,
-    multiple=True,
-    metavar="NAME=VALUE",
-    help="One quantity of the build; may be given several times; the names are listed above.",
-)
-@click.option("--sheet", type=click.Choice(SHEETS), help="A sheet or page not as designed; the kinds are listed above.")
-@click.option(
-    "--camera",
-    type=click.Choice((*CAMERAS, *EFFECT_CAMERAS)),
-    default="phone",
-    show_default=True,
-    metavar="NAME",
-    help=f"Kind of camera: {', '.join(CAMERAS)}; or a phone with one effect: {', '.join(EFFECT_CAMERAS)}.",
-)
-@click.option(
-    "--lens-model",
-    "lens",
-    type=LensFile(),
-    metavar="FILE",
-    help="A real lens in place of the camera's: a calibration of OpenCV, or a lens profile of gyroflow.",
-)
-@click.option(
-    "--effect",
-    "effects",
-    type=EFFECT,
-    multiple=True,
-    metavar="NAME[:STRENGTH]",
-    help="What the world does to the film: light, ordinary (default) or strong; may be given several times.",
-)
-@click.option("--mirror", is_flag=True, help="Swap left and right, as a self-view does.")
-@click.option(
-    "--blur",
-    "blur_px",
-    type=FiniteRange(0, 50),
-    metavar="PX",
-    help="Put the film out of focus: sigma of the blur, in pixels.",
-)
-@click.option("--codec", type=click.Choice(CODECS), default="h264", show_default=True, help="How the file is coded.")
-@click.option(
-    "--crf", type=click.IntRange(0, 63), metavar="NUMBER", help="Quality on the codec's own scale; smaller is better."
-)
-@click.option(
-    "--recipe",
-    type=click.Choice(RECIPES),
-    help="Worsen the film as sending does: by chat, in a call, at low quality, coded twice, at a varying rate.",
-)
-@click.option(
-    "--light",
-    type=click.Choice(LIGHT_NAMES),
-    help="Light the badge, with glare on its lenses; default: the page shines evenly by itself.",
-)
-@click.option(
     "--leave-out",
     type=click.Choice(PARTS),
     multiple=True,
     help="Leave something out of the film, to save time; may be given several times. Without the page, no markers.",
 )
+@click.option("--explain", is_flag=True, help="Show run times, estimated errors, and what was left out.")
 @click.option(
     "--seed",
     type=click.IntRange(0, 2**31 - 1),
@@ -199,7 +145,6 @@ PARTS = ("background", "page", "shutter", "glare")
     show_default=True,
     help="Seed of everything random.",
 )
-@click.option("--explain", is_flag=True, help="Show run times, estimated errors, and what was left out.")
 @overwrite_option
 @json_option
 @friendly
@@ -237,15 +182,6 @@ def simulate_command(
     photo, screen        the badge is a printed photo, or a film on a screen
 
     \b
-    Kinds of --sheet, as shops, weather, hands and printers make them:
-    thin      0.68 times as thick, as 75lpi at 0.457 in place of 0.67 mm
-    gap       0.1 mm of air between sheet and page
-    bowed     sheet and page bent to a radius of 1.5 m
-    warm      20 K warmer: the sheet is wider by 0.14 %
-    jittered  each lens wider or narrower by 0.5 %, by itself
-    fed       the printer fed the page 0.3 % too far: all is higher by that
-
-    \b
     Kinds of --effect, each light, ordinary or strong:
     zoom, zoom-step            a digital zoom, slowly or at once
     autoframe, autoframe-zoom  a window that follows the badge, also zooming
@@ -273,19 +209,13 @@ def simulate_command(
     lamp      0.25 m across, 2 m away, 45 degrees up
     sun       40 degrees up, 30 degrees to the left, in a clear sky
     """
-    from moireid.badge import load_badge
+    from moireid.simulate.film_badge import simulate
 
-    badge = load_badge(badge_json)
-    from moireid.simulate.filming import FilmOptions, filmed, scene_of
-    from moireid.simulate.settings.wearing import load_print
-
-    # The options of the film have the names of the wish's fields.
-    wish = FilmOptions(**wished)
-    scene = scene_of(badge, wish, load_print(badge_json) if wish.scene else None)
+    # The options of the film have the names of its parameters.
     with progress_bar("filming") as progress:
-        report = filmed(scene, wish, video, overwrite=overwrite, progress=progress)
+        report = simulate(badge_json, video, overwrite=overwrite, progress=progress, **wished)
     if as_json:
-        show_json(_document(report, scene))
+        show_json(_document(report))
         return
     echo(f"{report.video}: {report.frames} frames, {report.label}; truth in {report.truth}")
     if explain:
@@ -295,7 +225,7 @@ def simulate_command(
 simulate_command.help = cleandoc(simulate_command.help or "").format(flaws="\n".join(flaw_lines()))
 
 
-def _document(report: FilmReport, scene: Scene) -> dict[str, Any]:
+def _document(report: FilmReport) -> dict[str, Any]:
     """What --json prints."""
     estimate = report.estimate
     return {
@@ -304,7 +234,7 @@ def _document(report: FilmReport, scene: Scene) -> dict[str, Any]:
         "frames": report.frames,
         "label": report.label,
         "size": report.size,
-        "camera": asdict(scene.camera),
+        "camera": asdict(report.camera),
         "stages_s": {name: round(seconds, 3) for name, seconds in report.stages_s.items()},
         "left_out": [asdict(one) for one in report.left_out],
         "estimated_error_rad": estimate.phase_rad,

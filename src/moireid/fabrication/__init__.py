@@ -24,28 +24,20 @@ from typing import TYPE_CHECKING
 from moireid.lazy import lazy
 
 if TYPE_CHECKING:
-    from moireid.fabrication.event import Event, print_event
-    from moireid.fabrication.package import PrintResult, print_badge
-    from moireid.fabrication.page.pdf import write_badge_pdf
-    from moireid.fabrication.solid_parts import mount_solids
+    from moireid.fabrication.event import Event as Event
+    from moireid.fabrication.event import print_event as print_event
+    from moireid.fabrication.package import PrintResult as PrintResult
+    from moireid.fabrication.package import print_badge as print_badge
+    from moireid.fabrication.page.pdf import write_badge_pdf as write_badge_pdf
+    from moireid.fabrication.solid_parts import mount_solids as mount_solids
 
-__all__ = [
-    "Event",
-    "PrintResult",
-    "mount_solids",
-    "print_badge",
-    "print_event",
-    "write_badge_pdf",
-]
-
-__getattr__ = lazy(
-    __name__,
-    {
-        "Event": "event",
-        "PrintResult": "package",
-        "mount_solids": "solid_parts",
-        "print_badge": "package",
-        "print_event": "event",
-        "write_badge_pdf": "page.pdf",
-    },
-)
+HOMES = {
+    "Event": "event",
+    "PrintResult": "package",
+    "mount_solids": "solid_parts",
+    "print_badge": "package",
+    "print_event": "event",
+    "write_badge_pdf": "page.pdf",
+}
+__all__ = [*HOMES]
+__getattr__ = lazy(__name__, HOMES)

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from moireid.artwork.placing import Look
 from moireid.badge import Badge
 from moireid.dots import on_dots
-from moireid.fabrication.assembly.assembly_words import Maker
+from moireid.fabrication.assembly.assembly_words import BuildPlan, Maker
 from moireid.fabrication.assembly.guide import DrawnMounts, write_assembly_pdf
 from moireid.fabrication.mount_parts import (
     ACRYLIC_FILES,
@@ -201,16 +201,8 @@ def write_sheets(
     say(MOVING)
     write_worn(badge, folder / MOVING, look, preview)
     say("assembly.pdf")
-    write_assembly_pdf(
-        badge,
-        folder / "assembly.pdf",
-        mount=parts.printed,
-        acrylic=parts.acrylic,
-        figures=parts.figures,
-        maker=maker,
-        mount_plan=parts.mount_plan,
-        drawn=drawn,
-    )
+    build = BuildPlan(badge, parts.printed, parts.acrylic, parts.figures, maker, parts.mount_plan)
+    write_assembly_pdf(build, folder / "assembly.pdf", drawn)
     write_text(folder / "badge.json", badge_file(badge))
     return preview
 

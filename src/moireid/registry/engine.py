@@ -23,7 +23,7 @@ from sqlalchemy.exc import ArgumentError, DBAPIError, SAWarning, SQLAlchemyError
 
 from moireid.errors import RegistryError
 from moireid.extras import missing_extra
-from moireid.user_settings import chosen_registry, data_folder, expanded
+from moireid.user_settings import data_folder, expanded
 
 #: How a URL begins, or what was meant as one; a single letter is a drive of Windows.
 URL_LIKE = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+:|[^/]*://|[^/\\]*:[^/\\]*@|$")
@@ -35,17 +35,15 @@ def default_url() -> str:
     Returns
     -------
     str
-        That of MOIREID_REGISTRY, or else of the user's settings, or else the SQLAlchemy URL of `registry.sqlite3` in
+        That of MOIREID_REGISTRY, or else the SQLAlchemy URL of `registry.sqlite3` in
         the user's data folder; nothing is made.
 
     Raises
     ------
-    SpecError
-        As `user_settings.load_settings`.
     RegistryError
         If none is named, and the user has no home folder.
     """
-    if chosen := chosen_registry():
+    if chosen := os.environ.get("MOIREID_REGISTRY"):
         return chosen
     if (folder := data_folder()) is None:
         raise RegistryError("this user has no home folder for a registry; give --registry, or set MOIREID_REGISTRY")

@@ -28,47 +28,37 @@ from typing import TYPE_CHECKING, Any
 from moireid.lazy import from_room, lazy
 
 if TYPE_CHECKING:
-    from moireid.simulate.build import Build
-    from moireid.simulate.cameras import Camera, camera_named
-    from moireid.simulate.filming import FilmReport, film, truth_path
-    from moireid.simulate.light import DiscLight, light_named
-    from moireid.simulate.motion import Motion, Poses, motion_named
-    from moireid.simulate.scene import Need, Scene
+    from moireid.simulate.build import Build as Build
+    from moireid.simulate.cameras import Camera as Camera
+    from moireid.simulate.cameras import camera_named as camera_named
+    from moireid.simulate.filming import FilmReport as FilmReport
+    from moireid.simulate.filming import film as film
+    from moireid.simulate.filming import truth_path as truth_path
+    from moireid.simulate.light import DiscLight as DiscLight
+    from moireid.simulate.light import light_named as light_named
+    from moireid.simulate.motion import Motion as Motion
+    from moireid.simulate.motion import Poses as Poses
+    from moireid.simulate.motion import motion_named as motion_named
+    from moireid.simulate.scene import Need as Need
+    from moireid.simulate.scene import Scene as Scene
 
-__all__ = [
-    "Build",
-    "Camera",
-    "DiscLight",
-    "FilmReport",
-    "Motion",
-    "Need",
-    "Poses",
-    "Scene",
-    "camera_named",
-    "film",
-    "light_named",
-    "motion_named",
-    "truth_path",
-]
-
-__getattr__ = lazy(
-    __name__,
-    {
-        "Build": "build",
-        "Camera": "cameras",
-        "FilmReport": "filming",
-        "DiscLight": "light",
-        "Motion": "motion",
-        "Need": "scene",
-        "Poses": "motion",
-        "Scene": "scene",
-        "camera_named": "cameras",
-        "film": "filming",
-        "light_named": "light",
-        "motion_named": "motion",
-        "truth_path": "filming",
-    },
-)
+HOMES = {
+    "Build": "build",
+    "Camera": "cameras",
+    "DiscLight": "light",
+    "FilmReport": "filming",
+    "Motion": "motion",
+    "Need": "scene",
+    "Poses": "motion",
+    "Scene": "scene",
+    "camera_named": "cameras",
+    "film": "filming",
+    "light_named": "light",
+    "motion_named": "motion",
+    "truth_path": "filming",
+}
+__all__ = [*HOMES]
+__getattr__ = lazy(__name__, HOMES)
 
 
 class _CallableRoom(ModuleType):

@@ -1,33 +1,14 @@
-"""How a built badge differs from its design, with builds and sheets by name.
-
-`sheet_named` gives what a shop, a shelf, the weather or a printer make of a badge's sheet and page:
-
-thin      75 lines per inch are sold at 0.457 mm as well as at 0.67 mm: the sheet is 0.68 times as thick, and fringes
-          move 0.6 to 0.7 times as far
-gap       0.1 mm of air between sheet and page, as where a sheet is held at its edges: a fifth more gain at 1 mm
-bowed     sheet and page bent together to a radius of 1.5 m, edges away from the camera: 1.8 mm at the board's edge
-warm      20 K warmer than when the badge was made: the sheet is wider by 0.14 %, the paper is not
-jittered  each lens 0.5 % wider or narrower than the next, by itself, so that places wander over the sheet
-fed       the sheet is as designed, but the printer fed the page 0.3 % too far, so that all is higher by that
-
-Source: thicknesses as `moireid.sheets`; growth of PMMA, PETG and PET by 7e-5 a kelvin, makers' data; gap, bow and
-jitter set by hand, as what one sees of a sheet in a clip.  Along the feed, Canon's service manual of the GP160 office
-copier, p. 2-20, passes a page that is 1 mm too long or short: 0.3 % of A4.
-"""
+"""How a built badge differs from its design, with builds by name."""
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 from dataclasses import dataclass, fields, replace
-from pathlib import Path
 
 import numpy as np
 
 from moireid.badge import Lens
 from moireid.errors import SpecError
-from moireid.files import MOST_TABLE_BYTES, AnyPath, as_path, read_regular
 from moireid.sheets import sheet_lens
 from moireid.simulate.flaw_table import BUILDS, FLAWS, PRESETS, flaw_fields
 
@@ -42,8 +23,6 @@ class Build:
         How far each sheet is moved along its fringes' axis, mm; positive for +x on an "x" grating.
     twist_rad : float
         How far each sheet is turned about the view axis, rad; positive from x towards y.
-    pieces : tuple of (float, float)
-        Offset and twist of each grating's own piece of sheet, added to those of all, as each is mounted by itself.
     print_scale : float
         Printed over nominal width, about the board's centre.
     lens_scale : float
@@ -101,7 +80,6 @@ class Build:
     bow_radius_m: float = math.inf
     pitch_jitter: float = 0.0
     print_aspect: float = 1.0
-    pieces: tuple[tuple[float, float], ...] = ()
     ink_um: float = 0.0
     banding: float = 0.0
     focus_ratio: float = 1.0
@@ -149,11 +127,6 @@ class Build:
         """Fields that are not as designed."""
         return [one.name for one in fields(self) if getattr(self, one.name) != one.default]
 
-    def sheet(self, grating: int) -> tuple[float, float]:
-        """Offset, mm, and twist, rad, of the piece of sheet over a grating, by its number."""
-        offset_mm, twist_rad = self.pieces[grating] if self.pieces else (0.0, 0.0)
-        return self.lens_offset_mm + offset_mm, self.twist_rad + twist_rad
-
     @property
     def print_scales(self) -> tuple[float, float]:
         """Printed over nominal size along the page's x and y, about the board's centre.
@@ -191,20 +164,19 @@ class Build:
         )
 
 
-#: Fields that are numbers: all but single pieces of sheet.
-BUILD_NUMBERS = tuple(one.name for one in fields(Build) if one.name != "pieces")
+BUILD_NUMBERS = tuple(one.name for one in fields(Build))
 #: Set by hand, mm: bands recur after this, as turns of a gear do; air and lenses change over about this far (to a
 #: correlation of 1/e); and light scatters in a sheet about this far.
 BAND_MM, SMOOTH_MM, HAZE_MM = 12.7, 25.0, 3.0
 
 
 def build_named(text: str, seed: int) -> Build:
-    """A build by name, or the one of a film that was made before.
+    """A build by name.
 
     Parameters
     ----------
     text : str
-        NAME or NAME:SEED, with a name of `flaw_table.BUILDS`; or the path of a film's truth, a CSV file.
+        NAME or NAME:SEED, with a name of `flaw_table.BUILDS`.
     seed : int
         Of all that chance decides, where the text has none.
 
@@ -216,44 +188,14 @@ def build_named(text: str, seed: int) -> Build:
     Raises
     ------
     SpecError
-        For a name that is none, a seed that is no whole number, or a file that holds no build.
+        For a name that is none, or a seed that is no whole number.
     """
-    if text.lower().endswith(".csv"):
-        return build_of_truth(Path(text))
     name, colon, number = text.partition(":")
     if name not in BUILDS or (colon and not (number.isascii() and number.isdigit() and len(number) <= 10)):
         raise SpecError(
-            f"build {text!r} is not known; give {', '.join(BUILDS)}, one of them with a seed such as usual:7, or the "
-            "path of a film's .truth.csv"
+            f"build {text!r} is not known; give {', '.join(BUILDS)}, or one of them with a seed such as usual:7"
         )
-    return Build() if name == "ideal" else _preset(name, int(number) if colon else seed)
-
-
-def _preset(name: str, seed: int) -> Build:
-    return replace(Build.typical(seed), **flaw_fields(PRESETS[name]))  # type: ignore[arg-type]
-
-
-def build_of_truth(path: AnyPath) -> Build:
-    """The build that a film's truth records, but for single pieces of sheet.
-
-    Raises
-    ------
-    SpecError
-        For a file that cannot be read, or holds none.
-    """
-    path = as_path(path)
-    try:
-        text = read_regular(path, MOST_TABLE_BYTES).decode("utf-8")
-        row = next(csv.DictReader(io.StringIO(text, newline="")))
-        numbers = {name: float(row[f"build_{name}"]) for name in BUILD_NUMBERS}
-        found = Build(**numbers | {"seed": int(numbers["seed"])})  # type: ignore[arg-type]
-    except OSError as error:
-        raise SpecError(f"build {path} cannot be read ({error.strerror}); give the .truth.csv of a film") from error
-    except (StopIteration, KeyError, TypeError, ValueError, OverflowError, csv.Error) as error:
-        raise SpecError(f"{path} holds no build; give the .truth.csv of a film made by this version") from error
-    for name, one in FLAWS.items():
-        flaw_fields({name: getattr(found, one.field) / one.factor})
-    return found
+    return Build() if name == "ideal" else flawed(Build.typical(int(number) if colon else seed), PRESETS[name])
 
 
 def flawed(build: Build, wishes: dict[str, float]) -> Build:
@@ -282,30 +224,3 @@ def flawed(build: Build, wishes: dict[str, float]) -> Build:
 def flaw_name(field: str) -> str:
     """The option's name for a field of `Build`, or the field's own."""
     return next((name for name, one in FLAWS.items() if one.field == field), field)
-
-
-THIN_RATIO = 0.457 / 0.67
-GAP_MM, BOW_RADIUS_M, WARMER_K, PITCH_JITTER = 0.1, 1.5, 20.0, 0.005
-FED_ASPECT = 1.003
-#: Thermal growth of acrylic and polyester sheet, per kelvin.
-GROWTH_PER_K = 7e-5
-
-
-def sheet_named(name: str, build: Build) -> Build:
-    """The build with the named sheet in place of its own.
-
-    Convention: what the build says of place and twist, and of the print's width, stays.
-    Raises: SpecError for a name that is none.
-    Source: module docstring.
-    """
-    made = {
-        "thin": replace(build, thickness_ratio=THIN_RATIO),
-        "gap": replace(build, air_gap_mm=GAP_MM),
-        "bowed": replace(build, bow_radius_m=BOW_RADIUS_M),
-        "warm": replace(build, lens_scale=build.lens_scale * (1 + WARMER_K * GROWTH_PER_K)),
-        "jittered": replace(build, pitch_jitter=PITCH_JITTER),
-        "fed": replace(build, print_aspect=FED_ASPECT),
-    }
-    if name not in made:
-        raise SpecError(f"sheet {name!r} is not known; choose one of {', '.join(made)}")
-    return made[name]

@@ -8,7 +8,7 @@ Source: Brown 1966; the names and order of OpenCV's `projectPoints`, whose first
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -55,7 +55,7 @@ class Camera:
     Raises
     ------
     SpecError
-        For a figure out of its range, or a distortion that folds the picture back on itself.
+        For a figure out of its range.
 
     Notes
     -----
@@ -97,10 +97,6 @@ class Camera:
                 raise SpecError(f"a camera's {name} is {value:g}; give {low:g} to {high:g}", **{name: value})
         if len(self.distortion) != 4 or not all(math.isfinite(value) for value in self.distortion):
             raise SpecError(f"a camera's distortion is {self.distortion}; give k1, k2, p1, p2 as four finite numbers")
-        if not self._lens_is_one_to_one():
-            raise SpecError(
-                f"distortion {self.distortion} folds the picture back on itself within the frame; give smaller figures"
-            )
 
     @property
     def matrix(self) -> Array:
@@ -133,38 +129,6 @@ class Camera:
             [x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x), y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y],
             axis=-1,
         )
-
-    def through(self, focal: float, axis: tuple[float, float], k1: float, k2: float) -> Camera:
-        """This camera with another lens.
-
-        Parameters
-        ----------
-        focal : float
-            Focal length, in long sides of the picture.
-        axis : (float, float)
-            Where the optical axis meets the picture, from its middle, in long sides.
-        k1, k2 : float
-            Radial distortion.
-
-        Raises
-        ------
-        SpecError
-            For a distortion that folds the picture back on itself.
-        """
-        long_px = max(self.width, self.height)
-        centre = ((self.width - 1) / 2 + axis[0] * long_px, (self.height - 1) / 2 + axis[1] * long_px)
-        return replace(self, focal_px=focal * long_px, principal_px=centre, distortion=(k1, k2, 0.0, 0.0))
-
-    def _lens_is_one_to_one(self) -> bool:
-        """Whether each border pixel has undistorted slopes that lead back to the same pixel."""
-        if self.distortion == (0.0, 0.0, 0.0, 0.0):
-            return True
-        way = np.linspace(-0.5, 0.5, 9)
-        rim = [(s * self.width, e * self.height) for s in way for e in way if 0.5 in (abs(s), abs(e))]
-        middle = np.array([(self.width - 1) / 2, (self.height - 1) / 2])
-        border = (np.array(rim) + middle - self.matrix[:2, 2]) / self.focal_px
-        found = np.array([undistorted(x, y, np.array(self.distortion)) for x, y in border])
-        return bool(np.all(np.isfinite(found)) and np.abs(self._distorted(found) - border).max() < 1e-6)
 
 
 @njit(cache=True)
@@ -216,58 +180,24 @@ CAMERAS: dict[str, Camera] = {
 }
 
 
-@dataclass(frozen=True)
-class PictureFormat:
-    """Size of a picture, px, and frames a second."""
-
-    width: int
-    height: int
-    fps: float
-
-    def of(self, camera: Camera) -> Camera:
-        """The camera with pictures of this size that see as much from left to right."""
-        focal_px = camera.focal_px * self.width / camera.width
-        return replace(camera, width=self.width, height=self.height, focal_px=focal_px)
-
-
-#: What video generators make; source: those of Qing et al. 2026.
-FORMATS: dict[str, PictureFormat] = {
-    "848x480@24": PictureFormat(848, 480, 24.0),
-    "1280x720@24": PictureFormat(1280, 720, 24.0),
-    "1920x1080@25": PictureFormat(1920, 1080, 25.0),
-}
-
-
-def format_named(name: str) -> PictureFormat:
-    """One of `FORMATS`.  Raises: SpecError for another name."""
-    if name not in FORMATS:
-        raise SpecError(f"format {name!r} is not known; choose one of {', '.join(FORMATS)}")
-    return FORMATS[name]
-
-
-def camera_named(name: str, *, mirror: bool = False, focus_blur_px: float | None = None) -> Camera:
+def camera_named(name: str) -> Camera:
     """Give a camera by name.
 
     Parameters
     ----------
     name : str
         One of `moireid.simulate.cameras.CAMERAS`, such as "phone" or "webcam".
-    mirror : bool
-        Whether its picture is turned left to right.
-    focus_blur_px : float, optional
-        Standard deviation of defocus, px; None for the camera's own.
 
     Returns
     -------
     Camera
-        A camera of its own; the named one is not changed.
+        The camera.
 
     Raises
     ------
     SpecError
-        For a name that is none, or a blur out of range.
+        For a name that is none.
     """
     if name not in CAMERAS:
         raise SpecError(f"camera {name!r} is not known; choose one of {', '.join(CAMERAS)}")
-    camera = replace(CAMERAS[name], mirror=mirror)
-    return camera if focus_blur_px is None else replace(camera, focus_blur_px=focus_blur_px)
+    return CAMERAS[name]

@@ -5,8 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from moireid.badge import Badge, load_badge
+from moireid.errors import SpecError
 from moireid.files import AnyPath, as_path
-from moireid.simulate.filming import FilmOptions, FilmReport, filmed, scene_of
+from moireid.simulate.build import build_named, flawed
+from moireid.simulate.cameras import camera_named
+from moireid.simulate.effects.table import effect_named
+from moireid.simulate.filming import FilmReport, film
+from moireid.simulate.flaw_table import PARTS, read_flaw
+from moireid.simulate.light import light_named
+from moireid.simulate.motion import motion_named
+from moireid.simulate.scene import Need, Scene
 from moireid.simulate.settings.wearing import load_print
 
 
@@ -14,22 +22,22 @@ def simulate(
     badge: Badge | AnyPath,
     video: AnyPath,
     *,
-    motion: AnyPath = FilmOptions.motion,
-    distance_m: float = FilmOptions.distance_m,
-    frames: int = FilmOptions.frames,
-    fps: float | None = FilmOptions.fps,
-    forge: str | None = FilmOptions.forge,
-    build: str = FilmOptions.build,
-    flaws: Sequence[str] = FilmOptions.flaws,
-    sheet: str | None = FilmOptions.sheet,
-    scene: str | None = FilmOptions.scene,
-    camera: str = FilmOptions.camera,
-    light: str | None = FilmOptions.light,
-    effects: Sequence[str] = FilmOptions.effects,
-    recipe: str | None = FilmOptions.recipe,
-    backend: str = FilmOptions.backend,
-    error_rad: float | None = FilmOptions.error_rad,
-    seed: int = FilmOptions.seed,
+    motion: AnyPath = "handheld",
+    distance_m: float = 1.4,
+    frames: int = 300,
+    fps: float = 60.0,
+    forge: str | None = None,
+    build: str = "typical",
+    flaws: Sequence[str] = (),
+    scene: str | None = None,
+    camera: str = "phone",
+    light: str | None = None,
+    effects: Sequence[str] = (),
+    recipe: str | None = None,
+    leave_out: Sequence[str] = (),
+    backend: str = "analytic",
+    error_rad: float | None = None,
+    seed: int = 0,
     overwrite: bool = False,
     progress: Callable[[int, int], None] | None = None,
 ) -> FilmReport:
@@ -47,16 +55,14 @@ def simulate(
         Mean distance of the camera, m.
     frames : int
         How many frames.
-    fps : float, optional
-        Frames a second; None for 60.
+    fps : float
+        Frames a second.
     forge : str, optional
         The kind of forgery, such as "frozen"; None for a true film.
     build : str
         How well the badge is built: "ideal", "typical", "usual" or "poor".
     flaws : sequence of str
         NAME=VALUE, each in place of one quantity of the build.
-    sheet : str, optional
-        The kind of sheet, such as "thin".
     scene : str, optional
         Where the badge is: "desk", "worn", "lectern" or "call"; None for clouds behind it, in grey.
     camera : str
@@ -67,6 +73,8 @@ def simulate(
         What phones, calls and editors do to the film: NAME or NAME:STRENGTH.
     recipe : str, optional
         What a service makes of the film.
+    leave_out : sequence of str
+        What need not be seen: "background", "page", "shutter" or "glare".
     backend : {"analytic", "mitsuba"}
         The renderer.
     error_rad : float, optional
@@ -97,24 +105,32 @@ def simulate(
     Convention: as `moireid.simulate.film`, which also films what has no name.
     Source: `moireid.simulate.filming`.
     """
-    wish = FilmOptions(
-        motion=str(as_path(motion)),
-        distance_m=distance_m,
+    wished = dict(read_flaw(text) for text in flaws)
+    if light and wished.get("glare"):
+        raise SpecError(f"light {light} and the lamp of flaw glare are two lights; leave one of them out")
+    if strange := [part for part in leave_out if part not in PARTS]:
+        raise SpecError(f"{strange[0]!r} cannot be left out of a film; choose one of {', '.join(PARTS)}")
+    seen = Scene(
+        badge if isinstance(badge, Badge) else load_badge(badge),
+        flawed(build_named(build, seed), wished),
+        camera_named(camera),
+        light=light_named(light) if light else None,
+        need=Need(**dict.fromkeys(leave_out, False)),
+        print_picture=load_print(as_path(badge)) if scene and not isinstance(badge, Badge) else None,
+    )
+    return film(
+        seen,
+        motion_named(str(as_path(motion)), distance_mm=1000.0 * distance_m, seed=seed),
+        video,
         frames=frames,
         fps=fps,
+        forge=forge,
+        setting=scene,
+        effects=[effect_named(name) for name in effects],
+        seed=seed,
+        recipe=recipe,
         backend=backend,
         error_rad=error_rad,
-        forge=forge,
-        build=build,
-        flaws=tuple(flaws),
-        sheet=sheet,
-        scene=scene,
-        camera=camera,
-        light=light,
-        recipe=recipe,
-        effects=tuple(effects),
-        seed=seed,
+        overwrite=overwrite,
+        progress=progress,
     )
-    own = badge if isinstance(badge, Badge) else load_badge(badge)
-    shown = load_print(as_path(badge)) if wish.scene and not isinstance(badge, Badge) else None
-    return filmed(scene_of(own, wish, shown), wish, video, overwrite=overwrite, progress=progress)

@@ -1,7 +1,4 @@
-"""The whole film: every frame rendered, exposed and encoded, with its ground truth; one frame in memory at a time.
-
-`FilmOptions` is the wish for a film, in names and numbers only, so that it can be saved and sent to another machine.
-"""
+"""The whole film: every frame rendered, exposed and encoded, with its ground truth; one frame in memory at a time."""
 
 from __future__ import annotations
 
@@ -13,24 +10,20 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.badge import Badge
 from moireid.errors import SpecError
 from moireid.files import AnyPath, as_path, planned, whole_file
 from moireid.simulate.analytic.accuracy import Estimate, cheapest, estimate_error
 from moireid.simulate.analytic.analytic_renderer import AnalyticRenderer
-from moireid.simulate.build import build_named, flaw_name, flawed, sheet_named
-from moireid.simulate.cameras import camera_named, format_named
+from moireid.simulate.build import flaw_name
+from moireid.simulate.cameras import Camera
 from moireid.simulate.effects.effect import Effect, begun, timing_of
-from moireid.simulate.effects.table import CAMERAS as EFFECT_CAMERAS
-from moireid.simulate.effects.table import effect_named
-from moireid.simulate.flaw_table import IN_MITSUBA, read_flaw
+from moireid.simulate.flaw_table import IN_MITSUBA
 from moireid.simulate.forgeries.rear_layer import ShownViews, shown_in
 from moireid.simulate.left_out import LeftOut, left_out
-from moireid.simulate.light import light_named
-from moireid.simulate.motion import Motion, motion_named
+from moireid.simulate.motion import Motion
 from moireid.simulate.recording.encode import FilmWriter, kept_frames, recipe_for
 from moireid.simulate.recording.sensor import Sensor, opened
-from moireid.simulate.scene import Instant, Need, Scene
+from moireid.simulate.scene import Instant, Scene
 from moireid.simulate.settings.painting import Painter
 from moireid.simulate.settings.places import setting_named
 from moireid.simulate.shots import Edit, Render, Shots, take_of
@@ -59,6 +52,8 @@ class FilmReport:
         "genuine", or "forged:KIND".
     size : (int, int)
         Width and height in the file, px.
+    camera : Camera
+        That filmed it.
     stages_s : dict of str to float
         Seconds by stage of the work.
     left_out : tuple of LeftOut
@@ -72,6 +67,7 @@ class FilmReport:
     frames: int
     label: str
     size: tuple[int, int]
+    camera: Camera
     stages_s: dict[str, float]
     left_out: tuple[LeftOut, ...]
     estimate: Estimate
@@ -114,7 +110,6 @@ def film(
     setting: str | None = None,
     effects: Sequence[Effect] = (),
     seed: int = 0,
-    codec: str = "h264",
     crf: int | None = None,
     recipe: str | None = None,
     backend: str = "analytic",
@@ -146,12 +141,10 @@ def film(
         What the world does to the film, one after the other, of `effects.table`.
     seed : int
         Of all that chance decides.
-    codec : str
-        Of `recording.encode`, such as "h264".
     crf : int, optional
-        The codec's quality, on its own scale; None for its usual one.
+        Quality of H.264, 0 (best) to 51; None for the usual one.
     recipe : str, optional
-        What a service makes of a film, of `recording.encode`; it sets codec and quality.
+        What a service makes of a film, of `recording.encode`; it sets the quality.
     backend : {"analytic", "mitsuba"}
         "mitsuba" is the slow reference, which knows no rolling shutter.
     error_rad : float, optional
@@ -183,7 +176,7 @@ def film(
         raise SpecError(f"{frames} frames at {fps:g} per second is no film; give 2 or more frames at 1 to 1000 fps")
     for effect in effects:
         scene = effect.scene(scene) if effect.scene else scene
-    way = recipe_for(recipe, codec, crf)
+    way = recipe_for(recipe, crf)
     for effect in effects:
         way = effect.recipe(way) if effect.recipe else way
     timing = timing_of(effects, frames, fps, seed)
@@ -240,7 +233,7 @@ def film(
         ("the printed name", "the mount", "colour" if shot.chroma and writer.keeps_colour else "") if setting else ()
     )
     unseen = tuple(one for one in unseen if one.what not in in_view)
-    return FilmReport(video, truth_path(video), len(kept), label, writer.size, stages.seconds, unseen, estimate)
+    return FilmReport(video, truth_path(video), len(kept), label, writer.size, camera, stages.seconds, unseen, estimate)
 
 
 def _painter(setting: str | None, scene: Scene, seed: int) -> Painter | None:
@@ -296,100 +289,3 @@ def _renderer(scene: Scene, backend: str, seed: int, estimate: Estimate) -> Rend
     from moireid.simulate.mitsuba.mitsuba_renderer import MitsubaRenderer
 
     return MitsubaRenderer(scene, samples=estimate.rays[0], segments=estimate.segments, seed=seed).render
-
-
-@dataclass(frozen=True)
-class FilmOptions:
-    """One film; each field is an option of `moireid simulate`; None where other fields or defaults decide.
-
-    fps: None for that of the format, or 60; motion: a name, or the path of a CSV file; leave_out: fields of
-    `scene.Need` that are not needed; effects: NAME or NAME:STRENGTH, as `effects.table.effect_named` takes them, after
-    that of the camera; build: as `build.build_named` takes it; flaws: NAME=VALUE of `flaw_table`, after the sheet;
-    scene: where the badge is, of `settings.places`; lens: focal length, axis x and y, k1 and k2, as `Camera.through`
-    takes them.
-    """
-
-    motion: str = "handheld"
-    distance_m: float = 1.4
-    frames: int = 300
-    fps: float | None = None
-    backend: str = "analytic"
-    error_rad: float | None = None
-    forge: str | None = None
-    build: str = "typical"
-    flaws: tuple[str, ...] = ()
-    sheet: str | None = None
-    scene: str | None = None
-    camera: str = "phone"
-    lens: tuple[float, float, float, float, float] | None = None
-    format: str | None = None
-    mirror: bool = False
-    blur_px: float | None = None
-    light: str | None = None
-    codec: str = "h264"
-    crf: int | None = None
-    recipe: str | None = None
-    leave_out: tuple[str, ...] = ()
-    effects: tuple[str, ...] = ()
-    seed: int = 0
-
-    @property
-    def rate_fps(self) -> float:
-        """Frames a second."""
-        return self.fps or (format_named(self.format).fps if self.format else 60.0)
-
-
-def scene_of(badge: Badge, wish: FilmOptions, print_picture: NDArray[np.uint8] | None = None) -> Scene:
-    """What is filmed: a build of the badge before the camera.  Raises: SpecError where a name is not known.
-
-    Parameters: print_picture: as `Scene.print_picture`.
-    """
-    name = "phone" if wish.camera in EFFECT_CAMERAS else wish.camera
-    camera = camera_named(name, mirror=wish.mirror, focus_blur_px=wish.blur_px)
-    if wish.lens is not None:
-        focal, x, y, k1, k2 = wish.lens
-        camera = camera.through(focal, (x, y), k1, k2)
-    build = build_named(wish.build, wish.seed)
-    build = build if wish.sheet is None else sheet_named(wish.sheet, build)
-    flaws = dict(read_flaw(text) for text in wish.flaws)
-    if wish.light and flaws.get("glare"):
-        raise SpecError(f"light {wish.light} and the lamp of flaw glare are two lights; leave one of them out")
-    return Scene(
-        badge,
-        flawed(build, flaws),
-        format_named(wish.format).of(camera) if wish.format else camera,
-        light=light_named(wish.light) if wish.light else None,
-        need=Need(**dict.fromkeys(wish.leave_out, False)),
-        print_picture=print_picture,
-    )
-
-
-def filmed(
-    scene: Scene,
-    wish: FilmOptions,
-    video: AnyPath,
-    *,
-    overwrite: bool = False,
-    progress: Callable[[int, int], None] | None = None,
-) -> FilmReport:
-    """Film the scene as wished; as `filming.film`, with its errors."""
-    named = [EFFECT_CAMERAS[wish.camera]] if wish.camera in EFFECT_CAMERAS else []
-    motion = motion_named(wish.motion, distance_mm=1000.0 * wish.distance_m, seed=wish.seed)
-    return film(
-        scene,
-        motion,
-        video,
-        frames=wish.frames,
-        fps=wish.rate_fps,
-        forge=wish.forge,
-        setting=wish.scene,
-        effects=[effect_named(name) for name in (*named, *wish.effects)],
-        seed=wish.seed,
-        codec=wish.codec,
-        crf=wish.crf,
-        recipe=wish.recipe,
-        backend=wish.backend,
-        error_rad=wish.error_rad,
-        overwrite=overwrite,
-        progress=progress,
-    )

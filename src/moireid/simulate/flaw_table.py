@@ -1,4 +1,5 @@
-"""What print, sheet, assembly and light do to a built badge: each flaw's unit, range and meaning, and builds by name.
+"""What print, sheet, assembly and light do to a built badge: each flaw's unit, range and meaning, and builds by name;
+and what a film may leave out.
 
 Numbers and words only, so that the command's help can read this without loading the simulator.
 
@@ -59,10 +60,7 @@ FLAWS = {
 }
 
 #: What Mitsuba's scene has of a build, by option, or by field where there is none.
-IN_MITSUBA = (
-    *("ink", "print-scale", "feed", "focus", "thickness", "lens-scale", "offset", "turn", "glare"),
-    *("pieces", "seed"),
-)
+IN_MITSUBA = ("ink", "print-scale", "feed", "focus", "thickness", "lens-scale", "offset", "turn", "glare", "seed")
 #: Builds by name, beyond how a hand puts sheet and page together (`Build.typical`), by option; "typical" has no flaw.
 PRESETS: dict[str, dict[str, float]] = {
     "typical": {},
@@ -95,6 +93,8 @@ PRESETS: dict[str, dict[str, float]] = {
     },
 }
 BUILDS = ("ideal", *PRESETS)
+#: What a film need not show: fields of `scene.Need`.
+PARTS = ("background", "page", "shutter", "glare")
 
 
 def flaw_fields(wishes: dict[str, float]) -> dict[str, float]:

@@ -11,10 +11,8 @@ label: "genuine", or "forged:KIND".
 shown_x, shown_y: parallax coordinates from which the fringes at the board's centre are shown; the true ones if genuine.
 phase_other_rad, phase_third_rad: as phase_rad, for the first grating of a second and of a third axis; nan where the
     badge has none.
-sheet_gain: how far the traced sheet moves fringes near the axis, over the badge's own; then what makes it so and what
-    else it does, the same in every row: sheet_thickness_mm, air_gap_mm, bow_per_m (one over the radius), lens_scale,
-    pitch_jitter and print_aspect, as in `build.Build`.
-build_*: the whole build, the same in every row: each number of `build.Build`, in full, so that `--build` can read it.
+sheet_gain: how far the traced sheet moves fringes near the axis, over the badge's own; the same in every row.
+build_*: the whole build, the same in every row: each number of `build.Build`, in full.
 
 `Stages` counts the seconds of each stage.
 """
@@ -56,12 +54,6 @@ TRUTH_COLUMNS = (
     "shown_y",
     "phase_other_rad",
     "sheet_gain",
-    "sheet_thickness_mm",
-    "air_gap_mm",
-    "bow_per_m",
-    "lens_scale",
-    "pitch_jitter",
-    "print_aspect",
     "phase_third_rad",
     *(f"build_{name}" for name in BUILD_NUMBERS),
 )
@@ -112,10 +104,8 @@ class Truth:
     def __init__(self, stream: TextIO, scene: Scene, label: str) -> None:
         badge, self._scene, self._label = scene.badge, scene, label
         pitch_mm = badge.gratings[0].pitch_mm
-        build, gain = scene.build, sheet_gap_mm(scene, pitch_mm) / effective_gap_mm(badge.lens, pitch_mm)
-        figures = gain, scene.lens.thickness_mm, build.air_gap_mm, 1 / build.bow_radius_m, build.lens_scale
-        self._sheet = [f"{value:.6f}" for value in (*figures, build.pitch_jitter, build.print_aspect)]
-        self._build = [repr(float(getattr(build, name))) for name in BUILD_NUMBERS]
+        self._gain = sheet_gap_mm(scene, pitch_mm) / effective_gap_mm(badge.lens, pitch_mm)
+        self._build = [repr(float(getattr(scene.build, name))) for name in BUILD_NUMBERS]
         of_axis = {grating.axis: grating for grating in reversed(badge.gratings)}
         self._gratings = [of_axis[axis] for axis in dict.fromkeys(g.axis for g in badge.gratings)][:MOST_AXES]
         self._writer = csv.writer(stream, lineterminator="\n")
@@ -129,7 +119,7 @@ class Truth:
         phases = [shown_phase_rad(self._scene, g, shown_mm, sight_mm, centre) for g in self._gratings]
         phases += [math.nan] * (MOST_AXES - len(phases))
         figures = [*camera, *pose.rotation[0].ravel(), *parallax, phases[0]]
-        after = [*shown, phases[1]]
+        after = [*shown, phases[1], self._gain, phases[2]]
         self._writer.writerow(
             [
                 row,
@@ -137,8 +127,6 @@ class Truth:
                 *(f"{value:.6f}" for value in figures),
                 self._label,
                 *(f"{value:.6f}" for value in after),
-                *self._sheet,
-                f"{phases[2]:.6f}",
                 *self._build,
             ]
         )

@@ -107,7 +107,6 @@ def test_the_command_takes_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
         bound.close()
 
     monkeypatch.setattr("moireid_studio.http.server.serve", serve)
-    monkeypatch.setenv("MOIREID_CONFIG", str(tmp_path / "config.toml"))
     monkeypatch.setenv("MOIREID_KEYS", str(tmp_path / "keys"))
     registry = f"sqlite:///{tmp_path}/r.sqlite3"
     monkeypatch.setattr("moireid_studio.commands.serve_cmd._default_is_there", lambda: True)
@@ -122,6 +121,6 @@ def test_the_command_takes_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     assert run("--public-url", "https://studio.example.org") == "" and begun.pop().public_url == PUBLIC
     assert "no address of a studio" in run("--public-url", "studio.example.org")
     assert "--no-auth answers this machine alone" in run("--no-auth", "--public-url", PUBLIC)
-    assert CliRunner().invoke(moireid, ["config", "set", "public-url", PUBLIC]).exit_code == 0
+    monkeypatch.setenv("MOIREID_PUBLIC_URL", PUBLIC)
     assert run() == "" and begun.pop().public_url == PUBLIC
     assert run("--no-auth") == "" and begun.pop().public_url is None

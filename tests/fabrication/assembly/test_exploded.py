@@ -20,7 +20,7 @@ from moireid.errors import FabricationError
 from moireid.fabrication.assembly.assembly_words import BuildPlan
 from moireid.fabrication.assembly.exploded import Part, plain_parts, prism
 from moireid.fabrication.assembly.guide import _views, write_assembly_pdf
-from moireid.fabrication.mount_parts import Parts, plan_parts
+from moireid.fabrication.mount_parts import Parts, plan_parts, shape_parts
 from moireid.fabrication.printed.mount import plan_mount
 from moireid.fabrication.process_figures import AcrylicProcess, MountFigures, MountProcess
 
@@ -40,7 +40,8 @@ def mask() -> Badge:
 
 def write(badge: Badge, mount: str, path: Path, figures: MountFigures | None = None) -> Parts:
     parts = plan_parts(badge, mount, figures)
-    write_assembly_pdf(badge, path, mount=parts.printed, acrylic=parts.acrylic, figures=parts.figures)
+    build = BuildPlan(badge, parts.printed, parts.acrylic, parts.figures, "command", parts.mount_plan)
+    write_assembly_pdf(build, path, shape_parts(badge, parts).drawn)
     return parts
 
 
@@ -79,7 +80,7 @@ def views(badge: Badge, mount: str, figures: MountFigures | None = None) -> list
     """The parts of each exploded view."""
     parts = plan_parts(badge, mount, figures)
     build = BuildPlan(badge, mount, parts.acrylic, parts.figures, "command", parts.mount_plan)
-    return [found for _, found in _views(build, None)]
+    return [found for _, found in _views(build, shape_parts(badge, parts).drawn)]
 
 
 def test_parts_are_those_of_the_plans(lens: Badge, mask: Badge) -> None:

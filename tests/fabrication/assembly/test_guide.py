@@ -20,6 +20,7 @@ from moireid.fabrication.assembly import assembly_words
 from moireid.fabrication.assembly.assembly_words import BuildPlan
 from moireid.fabrication.assembly.guide import SheetPiece, _draw_steps, pieces, placed, write_assembly_pdf
 from moireid.fabrication.assembly.sketches import LEANING_DEG, NARROWER, PX_PER_MM, WIDER, fringe_picture
+from moireid.fabrication.mount_parts import plan_parts, shape_parts
 from moireid.fabrication.page.canvas import PdfPage
 from moireid.fabrication.printed.mount import plan_mount
 from moireid.fabrication.process_figures import MountFigures, mount_figures
@@ -40,7 +41,9 @@ def text_of(path: Path) -> list[str]:
 
 
 def written(badge: Badge, path: Path, mount: str = "lanyard", maker: str = "command", *pairs: str) -> list[str]:
-    write_assembly_pdf(badge, path, mount=mount, maker=maker, figures=mount_figures(dict(map(mount_figure, pairs))))  # type: ignore[arg-type]
+    parts = replace(plan_parts(badge, mount, mount_figures(dict(map(mount_figure, pairs)))), acrylic=None)
+    build = BuildPlan(badge, mount, None, parts.figures, maker, parts.mount_plan)  # type: ignore[arg-type]
+    write_assembly_pdf(build, path, shape_parts(badge, parts).drawn)
     return text_of(path)
 
 

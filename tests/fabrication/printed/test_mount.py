@@ -26,7 +26,7 @@ from moireid.designer import Order, design_badge
 from moireid.errors import FabricationError, SpecError
 from moireid.fabrication import solids
 from moireid.fabrication.printed import mount
-from moireid.fabrication.printed.mount import MountProcess, MountReport, lanyard_mount, write_mount
+from moireid.fabrication.printed.mount import MountProcess, MountReport, mount_bodies, write_mount
 from moireid.fabrication.printed.tray import tab_outline
 
 CARD_MM, LENS_MM, PLAY_MM, CARD_ROOM_MM = 0.3, 1.0, 0.3, 0.1
@@ -153,21 +153,21 @@ def test_fringes_and_markers_stay_in_sight(badge: Badge, printed: Any) -> None:
 
 def test_mount_that_hides_something_is_refused(badge: Badge) -> None:
     with pytest.raises(FabricationError, match=r"lip leaves 5\.60 mm next to grating 0, but .* 60 degrees") as caught:
-        lanyard_mount(badge, MountProcess(lip_mm=3.2))
+        mount_bodies(badge, "lanyard", MountProcess(lip_mm=3.2))
     # Drawn back to 0.7 mm, its upper edge is 0.1 + 0.7 + 3.2 mm above the sheet, and hides more than the lower.
     assert caught.value.details["need_mm"] == pytest.approx(4.0 * math.sqrt(3))
-    assert lanyard_mount(badge, MountProcess(lip_mm=2.0)).is_valid
+    assert mount_bodies(badge, "lanyard", MountProcess(lip_mm=2.0))[0].on_bed.is_valid
     with pytest.raises(FabricationError, match=r"lip leaves 5\.10 mm") as caught:
-        lanyard_mount(badge, MountProcess(lip_mm=2.2))
+        mount_bodies(badge, "lanyard", MountProcess(lip_mm=2.2))
     assert caught.value.details["need_mm"] == pytest.approx(3.0 * math.sqrt(3))
     x0, y0, x1, y1 = badge.gratings[0].rect_mm
     wide_on_the_right = replace(badge, gratings=(replace(badge.gratings[0], rect_mm=(x0, y0, x1 + 3, y1)),))
     with pytest.raises(FabricationError, match="next to grating 0"):
-        lanyard_mount(wide_on_the_right)
+        mount_bodies(wide_on_the_right, "lanyard")
     centers = badge.markers.centers_mm
     low = replace(badge.markers, centers_mm=(*centers[:3], (centers[3][0], centers[3][1] + 4.5)))
     with pytest.raises(FabricationError, match=r"rim leaves .* next to marker 3"):
-        lanyard_mount(replace(badge, markers=low))
+        mount_bodies(replace(badge, markers=low), "lanyard")
 
 
 def test_report_and_files_agree(report: MountReport) -> None:
@@ -308,7 +308,7 @@ def test_register_edges_bound_the_twist(badge: Badge, report: MountReport) -> No
     assert report.figures["twist_deg"] == pytest.approx(math.degrees(math.atan(0.1 / 144.8)))
     assert report.figures["press_mm"] == 0.25
     with pytest.raises(FabricationError, match=r"turns the sheet by 0\.40 degrees, allowed are 0\.3") as caught:
-        lanyard_mount(badge, MountProcess(seat_mm=0.5))
+        mount_bodies(badge, "lanyard", MountProcess(seat_mm=0.5))
     assert caught.value.details["twist_deg"] == pytest.approx(math.degrees(math.atan(1.0 / 144.8)))
 
 
@@ -400,7 +400,7 @@ def test_stand_needs_no_tab_and_so_takes_a_narrow_board(badge: Badge) -> None:
     """Catches: a tab on a tray for a stand, and a narrow board refused for a tab that is not needed."""
     tiny = board_of(badge, 30.0, 40.0)
     with pytest.raises(FabricationError, match=r"25 mm wide is narrower than the lanyard's tab; give one of 25\.4 mm"):
-        lanyard_mount(board_of(badge, 25.0, 40.0))
+        mount_bodies(board_of(badge, 25.0, 40.0), "lanyard")
     tray, stand = mount.mount_bodies(tiny, "stand")
     assert tuple(tray.on_bed.bounding_box().max)[:2] == pytest.approx((17.3, 20.0), abs=1e-4)
     assert stand.on_bed.is_valid and len(stand.on_bed.solids()) == 1
@@ -470,14 +470,14 @@ def test_large_and_small_boards(size: tuple[float, float], kind: str, badge: Bad
 @pytest.mark.slow
 def test_thin_and_thick_sheets(badge: Badge) -> None:
     """Catches: a lip at a fixed height, and a thick sheet whose rim hides the markers."""
-    thin = lanyard_mount(board_of(badge, 146.0, 160.0, lens_mm=0.2))
+    thin = mount_bodies(board_of(badge, 146.0, 160.0, lens_mm=0.2), "lanyard")[0].on_bed
     top_mm = thin.bounding_box().max.Z
     assert top_mm == pytest.approx(0.3 + 0.2 + 0.1 + 1.6, abs=1e-4)
-    thick = lanyard_mount(board_of(badge, 146.0, 160.0, lens_mm=6.0))
+    thick = mount_bodies(board_of(badge, 146.0, 160.0, lens_mm=6.0), "lanyard")[0].on_bed
     top_mm = thick.bounding_box().max.Z
     assert top_mm == pytest.approx(0.3 + 6.0 + 0.1 + 0.7 + 0.4, abs=1e-4)
     with pytest.raises(FabricationError, match=r"lip leaves .* next to marker .*; take a smaller lip_reach_mm"):
-        lanyard_mount(board_of(badge, 60.0, 40.0, lens_mm=6.0))
+        mount_bodies(board_of(badge, 60.0, 40.0, lens_mm=6.0), "lanyard")
 
 
 def test_thin_wall_in_a_mesh_is_found() -> None:

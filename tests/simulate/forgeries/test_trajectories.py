@@ -8,21 +8,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from moireid.cli import simulate_cmd
-from moireid.cli.simulate_cmd import FORGERIES
-from moireid.simulate.cameras import CAMERAS, FORMATS
-from moireid.simulate.effects import table
 from moireid.simulate.forgeries.trajectories import (
     GAIN_HIGH,
     GAIN_LOW,
-    KINDS,
     LATE_S,
     TRAJECTORIES,
     WOBBLE,
     false_camera,
 )
-from moireid.simulate.motion import NAMED, motion_named
-from moireid.simulate.recording.encode import CODECS, RECIPES
+from moireid.simulate.motion import motion_named
 
 FPS = 30.0
 
@@ -157,13 +151,3 @@ def test_the_seed_decides_the_random_walk_and_nothing_else():
     assert np.array_equal(shown("randomwalk", 3), shown("randomwalk", 3))
     assert np.abs(shown("randomwalk", 3) - shown("randomwalk", 4)).max() > 10
     assert np.array_equal(shown("drift", 3), shown("drift", 4))
-
-
-def test_the_command_line_offers_the_same_names():
-    """Catches: one list grown without the other."""
-    assert FORGERIES == KINDS
-    assert tuple(CAMERAS) == simulate_cmd.CAMERAS and tuple(FORMATS) == simulate_cmd.FORMATS
-    assert simulate_cmd.CODECS == CODECS
-    assert tuple(RECIPES) == simulate_cmd.RECIPES
-    assert set(simulate_cmd.MOTIONS) == set(NAMED)
-    assert tuple(table.CAMERAS) == simulate_cmd.EFFECT_CAMERAS

@@ -55,11 +55,9 @@ def badge() -> Badge:
 @pytest.fixture
 def unsearched() -> Iterator[None]:
     """No variant known yet, before the test and after it."""
-    for known in (mitsuba_variant.choose_variant, mitsuba_variant.working_llvm):
-        known.cache_clear()
+    mitsuba_variant.choose_variant.cache_clear()
     yield
-    for known in (mitsuba_variant.choose_variant, mitsuba_variant.working_llvm):
-        known.cache_clear()
+    mitsuba_variant.choose_variant.cache_clear()
 
 
 def mitsuba_frame(scene: Scene, instant: Instant, crop: Crop | None = None, *, seed: int = 0) -> BoardRadiance:

@@ -10,12 +10,11 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from moireid.cli.simulate_cmd import PLACES
 from moireid.errors import MediaError, SpecError
 from moireid.simulate.analytic.traced_page import page_texture
 from moireid.simulate.build import Build
 from moireid.simulate.cameras import Camera
-from moireid.simulate.filming import FilmOptions, film, scene_of
+from moireid.simulate.filming import film
 from moireid.simulate.motion import Poses, motion_named
 from moireid.simulate.scene import Need, Scene
 from moireid.simulate.settings.drawn_layers import Canvas
@@ -99,9 +98,8 @@ def test_nothing_of_a_setting_is_before_the_badge(ada, name):
         assert outside.min() > 60.0
 
 
-def test_the_settings_of_the_command_are_those_there_are(ada):
-    """Catches: a name that the option lacks (the list is written twice); a name that is none, with a traceback."""
-    assert tuple(SETTINGS) == PLACES
+def test_an_unknown_setting_lists_those_there_are(ada):
+    """Catches: a name that is none, with a traceback."""
     with pytest.raises(SpecError, match="lectern"):
         setting_named("moon", Scene(ada), 1)
 
@@ -115,7 +113,7 @@ def test_the_print_is_that_of_the_picture_next_to_the_badge(ada, tmp_path: Path)
     cv2.imwrite(str(tmp_path / PRINT_FILE), picture)
     read = load_print(tmp_path / "badge.json")
     assert read is not None and np.array_equal(read, picture)
-    texture = page_texture(scene_of(ada, FilmOptions(), read))
+    texture = page_texture(Scene(ada, Build.typical(0), print_picture=read))
     dark = texture[texture.shape[0] // 20, texture.shape[1] // 6]
     assert texture[texture.shape[0] // 20, -3] == pytest.approx(0.85, rel=1e-4) and dark < 0.4
     (tmp_path / PRINT_FILE).write_text("no picture", encoding="utf-8")

@@ -56,7 +56,7 @@ def films_of_calls(badge: Badge, tmp_path_factory: pytest.TempPathFactory) -> di
     """The call as a film, true and with fringes that stand still."""
     folder = tmp_path_factory.mktemp("calls")
     for name, frozen in (("true", False), ("frozen", True)):
-        with FilmWriter(folder / f"{name}.mp4", f"{name}.mp4", (1280, 720), FPS, recipe_for(None, "h264", 26)) as out:
+        with FilmWriter(folder / f"{name}.mp4", f"{name}.mp4", (1280, 720), FPS, recipe_for(None, 26)) as out:
             for frame in call(badge, frozen=frozen):
                 out.write(frame.luma, frame.index)
     return {name: folder / f"{name}.mp4" for name in ("true", "frozen")}

@@ -11,7 +11,7 @@ import tempfile
 from base64 import b64decode, b64encode
 from collections.abc import Callable, Sequence
 from contextlib import closing
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +19,8 @@ from moireid.badge import Badge
 from moireid.errors import MoireIdError
 from moireid.files import planned, whole_file, write_text
 from moireid.result_cache import keep_row, kept_rows, program_digest
-from moireid.simulate.filming import FilmOptions, filmed, scene_of, truth_path
+from moireid.simulate.film_badge import simulate
+from moireid.simulate.filming import truth_path
 from moireid_lab.archive.engine import Task, run_tasks
 from moireid_lab.archive.isolated import LostJob
 from moireid_lab.bench.bench_rows import LIMITS, Where
@@ -32,12 +33,12 @@ MANIFEST, KEPT, COURSE = "films.csv", "made.jsonl", "motion.csv"
 class PlannedFilm:
     """One film of a set: the name of its file without a suffix, whose badge, how, and its group in the list.
 
-    course: the content of the CSV file that `wish.motion` names, None where it is a name.
+    wish: parameters of `simulate`; course: the content of the CSV file that its motion names, None where it is a name.
     """
 
     name: str
     badge: Badge
-    wish: FilmOptions
+    wish: dict[str, Any]
     group: str = ""
     course: bytes | None = None
 
@@ -109,12 +110,12 @@ def made(film: PlannedFilm) -> dict[str, Any]:
         video, wish = Path(folder) / "film.mp4", film.wish
         if film.course is not None:
             (Path(folder) / COURSE).write_bytes(film.course)
-            wish = replace(wish, motion=str(Path(folder) / COURSE))
+            wish = wish | {"motion": str(Path(folder) / COURSE)}
         try:
-            report = filmed(scene_of(film.badge, wish), wish, video)
+            report = simulate(film.badge, video, **wish)
         except MoireIdError as error:
             # The temporary folder's name is random, so it is left out of the message.
-            return {"error": " ".join(str(error).split()).replace(wish.motion, film.wish.motion)}
+            return {"error": " ".join(str(error).split()).replace(f"{folder}/{COURSE}", str(film.wish.get("motion")))}
         files = {"video": video, "truth": report.truth}
         # What comes out of the process is JSON.
         return {name: b64encode(path.read_bytes()).decode() for name, path in files.items()} | {"label": report.label}
@@ -133,7 +134,7 @@ def _badge_name(badge: Badge) -> str:
 
 def _key(film: PlannedFilm) -> str:
     """The key of a film: all that it depends on, including the program."""
-    parts = (film.name, film.badge.to_json(), asdict(film.wish), program_digest("simulate"))
+    parts = (film.name, film.badge.to_json(), film.wish, program_digest("simulate"))
     course = hashlib.sha256(film.course or b"").hexdigest()
     return hashlib.sha256(json.dumps([parts, course], sort_keys=True).encode()).hexdigest()
 

@@ -14,13 +14,12 @@ turning about all axes at once, each for 6 s from 1.2 m.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from moireid.badge import Badge, Cell, Grating, Lens, Markers
-from moireid.simulate.filming import FilmOptions
 from moireid_lab.bench.bench_frame import Bench, Row, Wish
 from moireid_lab.bench.film_set import PlannedFilm, make_film_set
 from moireid_lab.evaluation.collect import ScoredFilm, collect
@@ -31,7 +30,7 @@ from moireid_lab.evaluation.summary import PAPER
 DISTANCES_M = (1.1, 1.2, 1.3, 1.4, 1.5, 1.6, 1.7)
 COURSES = 10
 #: One way along the path; `motion.linear` turns back then.
-SWEEP = FilmOptions(motion="linear", frames=120, fps=60.0, camera="ideal")
+SWEEP: dict[str, Any] = {"motion": "linear", "frames": 120, "fps": 60.0, "camera": "ideal"}
 #: The prototype: sheet of 50 lines an inch over lines 0.52 mm apart, and a field of 80 mm.
 LENS_PITCH_MM, LINE_PITCH_MM, GAP_MM, FIELD_MM = 0.508, 0.52, 1.0, 80.0
 
@@ -41,19 +40,19 @@ class Condition:
     """A row of a table: courses before one board from one distance; paper: |rho| as published
     of a condition of that description, where it is on record.
 
-    The film of a course is `wish` with the course's number as seed.
+    wish: parameters of `simulate`; the film of a course has the course's number as seed.
     """
 
     table: str
     what: str
     badge: Badge
-    wish: FilmOptions
+    wish: dict[str, Any]
     paper: str = ""
 
     @property
     def group(self) -> str:
         """Names the row in the list of films."""
-        return f"{self.table}, {self.wish.distance_m:g} m"
+        return f"{self.table}, {self.wish['distance_m']:g} m"
 
 
 def conditions(*, quick: bool) -> Iterator[Condition]:
@@ -62,7 +61,7 @@ def conditions(*, quick: bool) -> Iterator[Condition]:
     prototype = board(Lens("lenticular", LENS_PITCH_MM, GAP_MM, 1.56), page_mm=146.0, marker_mm=26.0, corner_mm=18.0)
     for table, what, badge in (("rendering 1", "two layers", mask), ("rendering 2", "lens sheet", prototype)):
         for distance in DISTANCES_M[::6] if quick else DISTANCES_M:
-            wish = replace(SWEEP, distance_m=distance)
+            wish = SWEEP | {"distance_m": distance}
             yield Condition(table, f"{what}, one sweep", badge, wish)
     for table, what, motion, paper in (
         ("A", "hand-held", "handheld", ""),
@@ -70,7 +69,8 @@ def conditions(*, quick: bool) -> Iterator[Condition]:
         ("C", "from 45 degrees", "oblique", "0.72"),
         ("D", "all turns at once", "tumble", "0.57 to 0.67"),
     ):
-        yield Condition(table, what, prototype, FilmOptions(motion, 1.2, 180, 30.0), paper)
+        wish = {"motion": motion, "distance_m": 1.2, "frames": 180, "fps": 30.0}
+        yield Condition(table, what, prototype, wish, paper)
 
 
 def board(lens: Lens, *, page_mm: float, marker_mm: float, corner_mm: float) -> Badge:
@@ -120,14 +120,14 @@ def _planned(row: Condition, courses: int, seed: int) -> list[PlannedFilm]:
     """The films of a row, one a course."""
     name = row.group.replace(", ", "-").replace(" ", "")
     return [
-        PlannedFilm(f"{name}-{course}", row.badge, replace(row.wish, seed=seed + course), row.group)
+        PlannedFilm(f"{name}-{course}", row.badge, row.wish | {"seed": seed + course}, row.group)
         for course in range(1, courses + 1)
     ]
 
 
 def _row(row: Condition, scored: Sequence[ScoredFilm]) -> dict[str, Any]:
     """The figures of a row, of each pipeline."""
-    about = {"table": row.table, "what": row.what, "distance_m": row.wish.distance_m, "paper": row.paper}
+    about = {"table": row.table, "what": row.what, "distance_m": row.wish["distance_m"], "paper": row.paper}
     return about | {name: _figures([one for one in scored if one.pipeline == name]) for name in PIPELINES}
 
 

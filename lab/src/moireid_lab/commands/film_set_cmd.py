@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from moireid.cli.common import FolderPath, echo, friendly, json_option, overwrite_option, progress_bar, show_json
-from moireid.cli.simulate_cmd import MOTIONS, simulate_command
+from moireid.cli.simulate_cmd import simulate_command
 from moireid.files import MOST_TABLE_BYTES, read_regular
 from moireid_lab.commands.sharing import scheduler_option, workers_option
 
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
 OWN, NOT_COLUMNS = ("badge", "name", "group"), ("out", "overwrite", "json", "explain", "help")
 #: Bytes; files are named by it with some letters more, and mostly 255 are allowed.
 LONGEST_NAME = 200
-YES, NO = ("yes", "true", "1"), ("no", "false", "0")
 EXAMPLE = "begin the plan with a line such as badge,motion,distance,forge"
 
 
@@ -40,7 +39,7 @@ def film_set_command(
 
     PLAN is a CSV file with a line for each film. The column badge is needed: the path of a badge.json, relative to the
     plan. Every other column is an option of `moireid simulate`, such as motion, distance, forge or seed. An empty cell
-    takes the option's default, and `yes` sets mirror. The column name is the film's file name without .mp4 (default:
+    takes the option's default. The column name is the film's file name without .mp4 (default:
     its number), and the column group is copied into films.csv.
 
     `moireid lab evaluate DIR/films.csv` then scores the films. A run that was interrupted goes on where it stopped, and
@@ -104,7 +103,6 @@ def _film(row: dict[str, str], number: int, base: Path, badges: dict[Path, Badge
     """One line.  Raises: SpecError, click.UsageError."""
     from moireid.badge import load_badge
     from moireid.errors import SpecError
-    from moireid.simulate.filming import FilmOptions
     from moireid_lab.bench.film_set import PlannedFilm
 
     if "badge" not in row:
@@ -122,16 +120,15 @@ def _film(row: dict[str, str], number: int, base: Path, badges: dict[Path, Badge
         raise SpecError(f"{name[:40]!r} is no name for a file; use a few letters, figures, - and _")
     # The command's own parser reads the cells, so that a column has the same values and errors as its option.
     context = simulate_command.make_context("simulate", [str(path), "--out", "film.mp4", *_words(row)])
-    wish = FilmOptions(**{key: value for key, value in context.params.items() if key not in TAKEN})
+    wish = {key: value for key, value in context.params.items() if key not in TAKEN}
     course = None
-    if wish.motion not in MOTIONS and not wish.motion.lower().endswith(".csv"):
-        raise SpecError(f"motion {wish.motion!r} is not known; give one of {', '.join(MOTIONS)}, or a .csv file")
-    if wish.motion.lower().endswith(".csv"):
+    motion = wish["motion"]
+    if motion.lower().endswith(".csv"):
         try:
-            course = read_regular(base / wish.motion, MOST_TABLE_BYTES)
+            course = read_regular(base / motion, MOST_TABLE_BYTES)
         except OSError as error:
             raise SpecError(
-                f"motion {wish.motion} cannot be read ({error.strerror}); give its path from the plan"
+                f"motion {motion} cannot be read ({error.strerror}); give its path from the plan"
             ) from error
     return PlannedFilm(name, badges[path], wish, row.get("group", ""), course)
 
@@ -144,13 +141,7 @@ def _words(row: dict[str, str]) -> list[str]:
     """A line as the words of a command."""
     words: list[str] = []
     for name, option in _options().items():
-        if name not in row:
-            continue
-        if option.is_flag:
-            if row[name].lower() not in (*YES, *NO):
-                raise click.UsageError(f"{name} is {row[name][:40]!r}; write yes, or leave it empty.")
-            words += [f"--{name}"] if row[name].lower() in YES else []
-        else:
-            # A cell may begin with a dash without being an option.
+        # A cell may begin with a dash without being an option.
+        if name in row:
             words += [f"--{name}={cell}" for cell in (row[name].split() if option.multiple else [row[name]])]
     return words

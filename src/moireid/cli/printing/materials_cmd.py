@@ -12,7 +12,6 @@ import click
 from moireid.cli.common import (
     FiniteRange,
     FolderPath,
-    SettingOption,
     echo,
     friendly,
     json_option,
@@ -43,7 +42,7 @@ WIDE = 100
     metavar="FILE",
     help="A badge.json instead of --format: for a template, a size or a sheet of your own.",
 )
-@click.option("--lens", cls=SettingOption, metavar="LABEL|FILE", help="Another lens sheet than the format's.")
+@click.option("--lens", envvar="MOIREID_LENS", metavar="LABEL|FILE", help="Another lens sheet than the format's.")
 @click.option(
     "--mount",
     type=click.Choice(["lanyard", "clip", "stand", "holder", "acrylic", "none"]),

@@ -46,7 +46,7 @@ if TYPE_CHECKING:
     "registry_url",
     metavar="URL|FILE",
     help="Also enter the badge into this registry, as moireid enroll does. It must be given here: no badge is entered "
-    "because of MOIREID_REGISTRY or moireid config.",
+    "because of MOIREID_REGISTRY.",
 )
 @order_options
 @scale_option

@@ -9,7 +9,7 @@ from typing import Any
 
 import click
 
-from moireid.cli.common import FiniteRange, Parsed, SettingOption, form_option, paper_option, printer_dpi_option
+from moireid.cli.common import FiniteRange, Parsed, form_option, paper_option, printer_dpi_option
 from moireid.cli.removed import RemainingChoice
 from moireid.errors import SpecError
 
@@ -109,7 +109,7 @@ OPTIONS = [
     ),
     click.option(
         "--lens",
-        cls=SettingOption,
+        envvar="MOIREID_LENS",
         show_default="62lpi-27mil, or the format's",
         metavar="LABEL|FILE",
         help="The lenticular sheet: a label from the list above, or a lens profile (.json) of moireid calibrate.",

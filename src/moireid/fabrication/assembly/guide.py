@@ -14,19 +14,16 @@ from typing import TYPE_CHECKING
 
 from moireid.badge import Badge, Point, Rect
 from moireid.fabrication.assembly import assembly_words
-from moireid.fabrication.assembly.assembly_words import BuildPlan, Maker, Step
+from moireid.fabrication.assembly.assembly_words import BuildPlan, Step
 from moireid.fabrication.assembly.exploded import Part, Piece, draw_exploded, plain_parts
 from moireid.fabrication.page.canvas import BOLD, POINTS_PER_MM, REGULAR, PdfPage
 from moireid.fabrication.page.lettering import set_name
-from moireid.fabrication.process_figures import MountFigures
 from moireid.fabrication.sight import sheet_pieces
 from moireid.fabrication.text.shaping import shape_line
 from moireid.files import whole_file
 from moireid.profiles import PAPERS_MM
 
 if TYPE_CHECKING:
-    from moireid.fabrication.acrylic.plates import AcrylicPlan
-    from moireid.fabrication.printed.mount import MountPlan
     from moireid.fabrication.solid_parts import SolidPart
 
 #: Solids as they are drawn, by "printed" or "acrylic", and by their names.
@@ -46,40 +43,12 @@ GAP_MM, LENSES_MM, SCALE_MM = 14.0, 6.0, 100.0
 RIM_MM = 6.0
 
 
-def write_assembly_pdf(
-    badge: Badge,
-    path: Path,
-    *,
-    mount: str,
-    acrylic: AcrylicPlan | None = None,
-    figures: MountFigures | None = None,
-    maker: Maker = "command",
-    mount_plan: MountPlan | None = None,
-    drawn: DrawnMounts | None = None,
-) -> None:
+def write_assembly_pdf(build: BuildPlan, path: Path, drawn: DrawnMounts) -> None:
     """Write the sheet of parts and steps, whole or not at all.
 
-    Parameters
-    ----------
-    mount : str
-        Kind of the printed mount, "none" without one.
-    acrylic : AcrylicPlan, optional
-        The stack, if one can be built instead of the printed mount, or alone.
-    figures : MountFigures, optional
-        Those of the plans; None for the defaults.
-    maker : str
-        Who makes it, as only a command's sheet speaks of commands.
-    mount_plan : MountPlan, optional
-        Of the printed mount; None to plan it here.
-    drawn : dict, optional
-        The solids of "printed" and "acrylic" as they are drawn; None to shape them here.
+    Parameters: drawn: the solids of "printed" and "acrylic" as they are drawn, by `draw_mounts`.
     """
-    figures = figures or MountFigures()
-    if mount_plan is None and mount != "none":
-        from moireid.fabrication.printed.mount import plan_mount
-
-        mount_plan = plan_mount(badge, mount, figures.printed)
-    build = BuildPlan(badge, mount, acrylic, figures, maker, mount_plan)
+    badge = build.badge
     views = _views(build, drawn)
     paper_mm = PAPERS_MM.get(str((badge.print or {}).get("paper", "a4")), PAPERS_MM["a4"])
     with whole_file(path) as temporary:
@@ -174,28 +143,13 @@ def draw_mounts(solids: Mapping[str, Sequence[SolidPart]]) -> DrawnMounts:
     return {shop: drawn_solids(parts) for shop, parts in solids.items()}
 
 
-def _shaped(build: BuildPlan) -> DrawnMounts:
-    """The mounts' solids, shaped for their views alone."""
-    from moireid.fabrication.printed.mount import mount_bodies
-    from moireid.fabrication.solid_parts import acrylic_parts, printed_parts
-
-    badge, process, solids = build.badge, build.figures.printed, {}
-    if build.mount_plan is not None:
-        bodies = mount_bodies(badge, build.mount, process, build.mount_plan)
-        solids["printed"] = printed_parts(badge, build.mount_plan, bodies, process)
-    if build.acrylic:
-        solids["acrylic"] = acrylic_parts(build.acrylic)
-    return draw_mounts(solids)
-
-
-def _views(build: BuildPlan, drawn: DrawnMounts | None) -> list[tuple[str, list[Part]]]:
+def _views(build: BuildPlan, drawn: DrawnMounts) -> list[tuple[str, list[Part]]]:
     """The exploded views, one for each way to build the badge: heading and parts."""
     views, figures = [], build.figures
     if build.mount_plan is None and build.acrylic is None:
         return [("Exploded view", plain_parts(build.badge, figures.printed))]
     from moireid.fabrication.assembly.mount_views import acrylic_parts, printed_parts
 
-    drawn = drawn or _shaped(build)
     if build.mount_plan is not None:
         parts = printed_parts(build.badge, build.mount_plan, figures.printed, drawn["printed"])
         views.append(("Exploded view: the printed mount", parts))

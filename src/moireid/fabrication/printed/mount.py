@@ -76,11 +76,6 @@ class MountReport:
 MountPlan = tuple[TrayPlan | SnapPlan, HolderBody | None]
 
 
-def lanyard_mount(badge: Badge, process: MountProcess | None = None) -> Any:
-    """The lanyard mount of a badge as a build123d Part.  Raises: as `mount_bodies`."""
-    return mount_bodies(badge, "lanyard", process)[0].on_bed
-
-
 def plan_mount(badge: Badge, kind: str, process: MountProcess) -> MountPlan:
     """The figures of a mount, checked in milliseconds and before any CAD package is needed: of a tray and what carries
     it, or of a snap-in holder.

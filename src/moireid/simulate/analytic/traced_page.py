@@ -136,10 +136,10 @@ def cell_table(scene: Scene) -> Cells:
     cuts: list[list[Array]] = []
     widths: list[list[float]] = []
     grids: list[NDArray[np.int64]] = []
-    for number, grating in enumerate(scene.badge.gratings):
+    for grating in scene.badge.gratings:
         rects.append(scene.own_rect_mm(grating, grating.rect_mm))
         scale, shear = printed_scales(scene, grating)
-        offset_mm, twist_rad = scene.build.sheet(number)
+        offset_mm, twist_rad = scene.build.lens_offset_mm, scene.build.twist_rad
         frame = scene.badge.frame_of(grating)
         frames.append(
             [*frame.rows[0], *frame.rows[1], *shear, offset_mm, math.cos(twist_rad), frame.handed * math.sin(twist_rad)]

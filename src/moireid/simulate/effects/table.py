@@ -19,16 +19,6 @@ KINDS: dict[str, Kind] = {
     for kinds in (FRAMINGS, STABILISINGS, MIXINGS, RETIMINGS, TONINGS, BACKDROPS, CODINGS)
     for kind in kinds
 }
-#: Names of cameras that are a phone with one effect at ordinary strength.
-CAMERAS = {
-    "eis": "eis",
-    "tnr": "tnr",
-    "zoom": "zoom",
-    "autoframe": "autoframe",
-    "breathing": "breathing",
-    "hlg": "hlg",
-    "call-tile": "tile",
-}
 
 
 def effect_named(name: str) -> Effect:

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -41,15 +41,6 @@ class Strips:
     normals: Array | None = None
 
 
-def turned_for(build: Build, grating: int, handed: float) -> Build:
-    """The build as one grating sees it: with its own piece of sheet, the twist from across towards along.
-
-    Parameters: grating: its number; handed: of its frame (`moireid.frames`), by which a twist changes its sign.
-    """
-    offset_mm, twist_rad = build.sheet(grating)
-    return replace(build, lens_offset_mm=offset_mm, twist_rad=handed * twist_rad, pieces=())
-
-
 def front_strips(lens: Lens, build: Build, room: Room, segments: int) -> Strips:
     """The front of the lenticules that fill a rectangle, `segments` chords to each, with the circle's own normals.
 
@@ -67,7 +58,7 @@ def front_strips(lens: Lens, build: Build, room: Room, segments: int) -> Strips:
     Raises
     ------
     SpecError
-        Where the lenses would be wider than their diameter, or none lies in the rectangle.
+        Where the lenses would be wider than their diameter.
 
     Notes
     -----
@@ -76,8 +67,7 @@ def front_strips(lens: Lens, build: Build, room: Room, segments: int) -> Strips:
     normals there.
     """
     pitch, radius = lens.pitch_mm * build.lens_scale, lens.radius_mm
-    if radius is None:
-        raise SpecError("a line mask has no lenses to build; ask for its bars")
+    assert radius is not None
     if pitch > 2 * radius:
         raise SpecError(f"lens_scale={build.lens_scale:g} spreads the lenses beyond their diameter; give less")
     cuts = (np.arange(segments + 1) / segments - 0.5) * pitch
@@ -121,8 +111,6 @@ def sheet_strips(build: Build, room: Room, pitch: float, middles: Array) -> tupl
     axes = np.arange(math.floor(reach[0] / pitch) - 1, math.ceil(reach[1] / pitch) + 2) * pitch
     place = np.add.outer(axes, middles)
     lens, strip = np.nonzero((place >= reach[0]) & (place <= reach[1]))
-    if not len(lens):
-        raise SpecError(f"a sheet of {room} mm holds no lens of {pitch:g} mm; give a larger one")
     return np.asarray(axes[lens], float), np.asarray(strip, np.intp)
 
 

@@ -35,6 +35,8 @@ MOST_TRIALS = 3
 FOLDERS = ("/usr/lib", "/usr/lib64", "/usr/local/lib", "/opt/homebrew/opt", "/usr/local/opt")
 #: Debian has them in lib/<machine> and lib/llvm-19/lib, Fedora in lib64, Homebrew in opt/llvm@19/lib.
 PATTERNS = ("libLLVM*", "*-linux-gnu/libLLVM*", "llvm*/lib*/libLLVM*")
+#: 19 of libLLVM-19.so, libLLVM.so.19.1, llvm@19/lib/libLLVM.dylib, and of no other file.
+VERSION = re.compile(r"(?:llvm[-@/]|/libLLVM-|/libLLVM\.so\.)(\d+)(?:[^/]*|.*/libLLVM)(?:\.so[\d.]*|\.dylib|[\d.])$")
 
 # The child renders refraction, an emitter and stratified samples: what the badge's scene asks of the compiler.  Before
 # that it compiles a kernel with a fresh number in it, because Dr.Jit keeps finished kernels on disk, and one that
@@ -108,28 +110,13 @@ def choose_variant() -> str:
     Convention: found out once in a process; points DRJIT_LIBLLVM_PATH at the library that was tried, because Dr.Jit
         would otherwise load whichever it finds first.
     Returns: the name for `mitsuba.set_variant`.
-    Source: module docstring.
-    """
-    library = working_llvm()
-    if library is None:
-        return PLAIN_VARIANT
-    os.environ[LIBRARY_VARIABLE] = str(library)
-    return FAST_VARIANT
-
-
-@cache
-def working_llvm() -> Path | None:
-    """The first libLLVM that renders a small picture in a child process; None where none does.
-
-    Convention: found out once in a process.
     Source: module docstring; nothing is loaded into this process.
     """
-    for trial, library in enumerate(llvm_candidates()):
-        if trial == MOST_TRIALS:
-            return None
+    for library in llvm_candidates()[:MOST_TRIALS]:
         if _renders_with(library):
-            return library
-    return None
+            os.environ[LIBRARY_VARIABLE] = str(library)
+            return FAST_VARIANT
+    return PLAIN_VARIANT
 
 
 def llvm_candidates() -> list[Path]:
@@ -138,34 +125,13 @@ def llvm_candidates() -> list[Path]:
     Convention: the named one is tried whatever its version, since the trial is safe; others from `OLDEST_LLVM` on.
     Source: the places where Debian, Fedora and Homebrew put them.
     """
-    # Several links to one file are one candidate.
-    found = {path.resolve(): version for path, version in _installed() if version >= OLDEST_LLVM}
-    newest_first = sorted(found, key=lambda path: (-found[path], str(path)))
+    # Several links to one file are one candidate; a name without a version is such a link.
+    files = {path.resolve() for folder in FOLDERS for pattern in PATTERNS for path in Path(folder).glob(pattern)}
+    versions = {path: int(found[1]) for path in files if (found := VERSION.search(str(path))) and path.is_file()}
+    newest_first = sorted((path for path, version in versions.items() if version >= OLDEST_LLVM), key=str)
+    newest_first.sort(key=lambda path: -versions[path])
     named = os.environ.get(LIBRARY_VARIABLE)
-    if not named:
-        return newest_first
-    return [Path(named), *(path for path in newest_first if path != Path(named).resolve())]
-
-
-def _installed() -> Iterator[tuple[Path, int]]:
-    """Each shared libLLVM in the usual folders, with its major version."""
-    for folder in FOLDERS:
-        for pattern in PATTERNS:
-            for path in Path(folder).glob(pattern):
-                version = _major_version(path)
-                if version is not None and path.is_file():
-                    yield path, version
-
-
-def _major_version(path: Path) -> int | None:
-    """19 for libLLVM-19.so, libLLVM.so.19.1, llvm@19/lib/libLLVM.dylib; None for another file."""
-    if not re.fullmatch(r"libLLVM(-[\d.]+)?\.(so(\.[\d.]+)?|dylib)", path.name):
-        return None
-    # A name without a version is a link: the version is in its target's name or folder.
-    found = re.search(r"libLLVM(?:-|\.so\.)(\d+)", path.resolve().name) or re.search(
-        r"llvm[-@/](\d+)", str(path.resolve())
-    )
-    return int(found.group(1)) if found else None
+    return [Path(named), *newest_first] if named else newest_first
 
 
 def _renders_with(library: Path) -> bool:

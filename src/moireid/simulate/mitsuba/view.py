@@ -13,34 +13,21 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.errors import SpecError
 from moireid.simulate.analytic.analytic_renderer import Crop
 from moireid.simulate.motion import Poses
 from moireid.simulate.scene import Instant, Scene
 
 Array = NDArray[np.float64]
-#: A true film's fringes are shown from the middle row's pose.  Between first and last row a hand moves a camera by less
-#: than twice this, also where it turns back; forged fringes are shown from farther away in all but single frames.
-FORGERY_MM = 5.0
 
 
 def middle_view(instant: Instant) -> Poses:
     """The view of the middle row.
 
     Convention: module docstring.
-    Raises: SpecError for a forged frame, whose fringes and page are seen from different places.
     Source: the place from which a true frame's fringes are shown; the mean of the rotations of first and last row.
     """
     from scipy.spatial.transform import Rotation
 
-    centre = (instant.first.camera_mm[0] + instant.last.camera_mm[0]) / 2
-    apart_mm = float(np.linalg.norm(instant.shown_from_mm - centre))
-    if apart_mm > FORGERY_MM:
-        raise SpecError(
-            f"fringes shown from {apart_mm:.3g} mm away from the camera are a forgery, which real lenses cannot show; "
-            "render it with AnalyticRenderer",
-            apart_mm=apart_mm,
-        )
     turns = Rotation.from_matrix(np.stack([instant.first.rotation[0], instant.last.rotation[0]]))
     return Poses(np.asarray(instant.shown_from_mm, float)[None], turns.mean().as_matrix()[None])
 

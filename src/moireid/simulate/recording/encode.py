@@ -1,21 +1,14 @@
 """Video files: codecs, and recipes that worsen a film as chat programs do.
 
-`scheduling_kept` keeps the scheduling class of this program's threads while an encoder starts that would raise it.  Run
-by the superuser, SVT-AV1 turns its own threads and the calling thread into real-time threads (first in, first out,
-priority 99), and does not turn the caller back.  Processes started later inherit that.  Then threads that wait by
-spinning, such as those of BLAS, keep all processors from the threads that they wait for, and programs hang for ever.
-
 Convention: luma runs from 16 to 235 in the file, a player stretches it back; a frame's number is its time in units of
 one over the frame rate, so a dropped frame leaves a gap in time and no other frame moves.
-Source: sched(7).
 """
 
 from __future__ import annotations
 
 import contextlib
-import os
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 from types import TracebackType
@@ -28,50 +21,11 @@ from numpy.typing import NDArray
 from moireid.errors import MediaError, SpecError
 from moireid.simulate.recording.sensor import CURVES
 
-TASKS = "/proc/self/task"
-
-
-@contextlib.contextmanager
-def scheduling_kept() -> Iterator[None]:
-    """Let the body call a library; afterwards threads that it raised or started are as the caller was before.
-
-    Convention: where the system has no such classes, or names no threads (anything but Linux), nothing is done.
-    """
-    if not hasattr(os, "sched_getscheduler") or not os.path.isdir(TASKS):
-        yield
-        return
-    before = {thread: _class_of(thread) for thread in _threads()}
-    own = (os.sched_getscheduler(0), os.sched_getparam(0))
-    try:
-        yield
-    finally:
-        for thread in _threads():
-            policy, parameters = before.get(thread) or own
-            if _class_of(thread) not in (None, (policy, parameters)):
-                with contextlib.suppress(ProcessLookupError, PermissionError):
-                    os.sched_setscheduler(thread, policy, parameters)
-
-
-def _threads() -> list[int]:
-    return [int(name) for name in os.listdir(TASKS)]
-
-
-def _class_of(thread: int) -> tuple[int, os.sched_param] | None:
-    """Policy and parameters; None of a thread that has ended."""
-    try:
-        return os.sched_getscheduler(thread), os.sched_getparam(thread)
-    except ProcessLookupError:
-        return None
-
-
-#: Encoders of each codec in order of preference, each with its own scale of quality: constant rate factor, options.
-ENCODERS: dict[str, tuple[tuple[str, int, dict[str, str]], ...]] = {
-    "h264": (("libx264", 23, {"preset": "veryfast"}),),
-    "h265": (("libx265", 28, {"preset": "superfast", "x265-params": "log-level=error"}),),
-    "av1": (("libsvtav1", 35, {"preset": "9"}), ("libaom-av1", 35, {"cpu-used": "8", "row-mt": "1"})),
+#: The encoder of each codec: its name, its usual constant rate factor, and options.
+ENCODERS: dict[str, tuple[str, int, dict[str, str]]] = {
+    "h264": ("libx264", 23, {"preset": "veryfast"}),
+    "h265": ("libx265", 28, {"preset": "superfast", "x265-params": "log-level=error"}),
 }
-CODECS = tuple(ENCODERS)
-DECODERS = {"h264": "h264", "h265": "hevc", "av1": "libdav1d"}
 #: The colour of a grey picture.
 GREY = 128
 #: Full-range counts to those of a video file.
@@ -84,7 +38,7 @@ class Pass:
     its place; height: rows to scale down to, None to keep them; turns: rows of spells that take turns, scaled back to
     those of `height`; transfer: of `sensor.CURVES`, with 10 bits; aspect: width of a pixel by its height, for the file.
 
-    Convention: `turns` are for passes before the last, `transfer` and `aspect` for the last.
+    Convention: `turns` are for passes before the last; `codec`, `transfer` and `aspect` for the last.
     """
 
     codec: str = "h264"
@@ -121,20 +75,17 @@ RECIPES: dict[str, Recipe] = {
 }
 
 
-def recipe_for(name: str | None, codec: str, crf: int | None) -> Recipe:
-    """A recipe by name with its codec, or a single pass of a codec and a quality.  Raises: SpecError."""
-    if codec not in ENCODERS:
-        raise SpecError(f"codec {codec!r} is not known; choose one of {', '.join(CODECS)}")
-    if crf is not None and not 0 <= crf <= (63 if codec == "av1" else 51):
-        raise SpecError(f"crf {crf} is no quality; give 0 (best) to 51 for H.264 and H.265, to 63 for AV1", crf=crf)
+def recipe_for(name: str | None, crf: int | None) -> Recipe:
+    """A recipe by name, or a single pass of a quality.  Raises: SpecError."""
+    if crf is not None and not 0 <= crf <= 51:
+        raise SpecError(f"crf {crf} is no quality; give 0 (best) to 51", crf=crf)
     if name is None:
-        return Recipe((Pass(codec, crf),))
+        return Recipe((Pass(crf=crf),))
     if name not in RECIPES:
         raise SpecError(f"recipe {name!r} is not known; choose one of {', '.join(RECIPES)}")
     if crf is not None:
-        raise SpecError(f"recipe {name} sets its own quality; leave out either --recipe or --crf")
-    recipe = RECIPES[name]
-    return replace(recipe, passes=tuple(replace(one, codec=codec) for one in recipe.passes))
+        raise SpecError(f"recipe {name} sets its own quality; leave out either recipe or crf")
+    return RECIPES[name]
 
 
 def kept_frames(recipe: Recipe, count: int, seed: int) -> NDArray[np.int64]:
@@ -259,13 +210,8 @@ class _Link:
         self._encoder = av.CodecContext.create(encoder, "w")
         self._encoder.options = options
         _set_up(self._encoder, self._coded, self._rate, one)
-        try:
-            self._decoder: Any = av.CodecContext.create(DECODERS[one.codec], "r")
-        except (av.error.FFmpegError, ValueError) as error:
-            raise MediaError(
-                f"codec {one.codec} needs the decoder {DECODERS[one.codec]}, which this build of PyAV lacks; "
-                "choose another codec, or another recipe than double"
-            ) from error
+        # What is encoded anew afterwards is always H.264.
+        self._decoder: Any = av.CodecContext.create("h264", "r")
 
     def feed(
         self, frames: Iterable[tuple[NDArray[np.uint8], int]], *, flush: bool
@@ -300,23 +246,11 @@ def scaled(size: tuple[int, int], height: int | None) -> tuple[int, int]:
 
 
 def _encoder(one: Pass) -> tuple[str, dict[str, str]]:
-    """Name and options of the first encoder for a pass that this build of FFmpeg has.  Raises: MediaError."""
-    import av
-
-    for name, usual, options in ENCODERS[one.codec]:
-        if name == "libsvtav1":
-            # It prints on stderr; this variable, set before its first use, limits that to errors.
-            os.environ.setdefault("SVT_LOG", "1")
-        try:
-            av.codec.Codec(name, "w")
-        except (av.error.FFmpegError, ValueError):
-            continue
-        if one.kbps is None:
-            return name, options | {"crf": str(usual if one.crf is None else one.crf)}
-        return name, dict(options)
-    wanted = " or ".join(name for name, _, _ in ENCODERS[one.codec])
-    others = ", ".join(codec for codec in CODECS if codec != one.codec)
-    raise MediaError(f"codec {one.codec} needs the encoder {wanted}, which this build of PyAV lacks; try {others}")
+    """Name and options of the encoder of a pass."""
+    name, usual, options = ENCODERS[one.codec]
+    if one.kbps is not None:
+        return name, options
+    return name, options | {"crf": str(usual if one.crf is None else one.crf)}
 
 
 def _set_up(context: Any, size: tuple[int, int], rate: Fraction, one: Pass) -> None:
@@ -331,8 +265,7 @@ def _set_up(context: Any, size: tuple[int, int], rate: Fraction, one: Pass) -> N
     context.framerate, context.time_base = rate, 1 / rate
     if one.kbps is not None:
         context.bit_rate = 1000 * one.kbps
-    with scheduling_kept():
-        context.open()
+    context.open()
 
 
 def _frame(

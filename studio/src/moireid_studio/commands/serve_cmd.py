@@ -14,7 +14,6 @@ from click.core import ParameterSource
 
 from moireid.cli.common import (
     FiniteRange,
-    SettingOption,
     echo,
     friendly,
     json_option,
@@ -73,7 +72,7 @@ unsealed_option = click.option(
 )
 @click.option(
     "--public-url",
-    cls=SettingOption,
+    envvar="MOIREID_PUBLIC_URL",
     metavar="URL",
     help="The address by which other people reach the studio, such as https://studio.example.org, for links that you "
     "send them. Without it, links begin with the address by which you have opened the studio.",
