@@ -32,7 +32,6 @@ from moireid.files import write_text
 from moireid.idcodes import specimen_of
 from moireid.registry import Registry, import_registry, open_registry
 from moireid.registry.bundle.held import Bundle
-from moireid.registry.checkpoints.proof import check_proof
 from moireid.registry.checkpoints.sources import checkpoints_from
 from moireid.registry.engine import own_file
 from moireid.registry.merge import checked_copy
@@ -105,7 +104,6 @@ OPERATIONS: dict[str, Callable[[Path], None]] = {
     "export": with_registry(exported),
     "checkpoint": with_registry(pointed),
     "publish": with_registry(published),
-    "prove": with_registry(lambda registry, folder: write_text(folder / "proof", registry.prove(registry.find("Bo")))),
 }
 
 
@@ -167,8 +165,6 @@ def state_of(folder: Path) -> tuple[Any, ...]:
     if (folder / "out.json").exists():
         with checked_copy(folder / "out.json"):
             pass
-    if (folder / "proof").exists():
-        check_proof((folder / "proof").read_text(encoding="utf-8"), "proof")
     return tuple(found)
 
 

@@ -44,6 +44,9 @@ REMOVED = {
     "materials --trim": "3 mm are cut off at each edge; give a smaller --sheet-size to cut off more",
     "materials --cut-width": "cut the sheets with a knife or a paper cutter, which takes nothing away",
     "watch --token-file": "addresses are not opened here; let FFmpeg write into a pipe, and watch -",
+    "registry prove": "registry publish writes a bundle, which proves it to readers without the registry",
+    "registry check-proof": "verify --bundle and attest check --bundle check what registry publish wrote",
+    "registry audit --expected-head": "give --since with a checkpoint: registry checkpoint --out FILE writes it",
     "registry checkpoint --witness": _COSIGN,
     "registry checkpoint --witness-key": _READERS,
     "registry checkpoint --witnesses": _READERS,
@@ -69,6 +72,16 @@ def removed_option(error: click.NoSuchOption) -> Removed | None:
     path = error.ctx.command_path if error.ctx else ""
     words = f"{path.partition(' ')[2]} {error.option_name}"
     return Removed(words) if words in REMOVED else None
+
+
+class RemainingCommands(click.Group):
+    """A group of commands; one that is gone ends in its sentence."""
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """The command.  Raises: Removed if it is gone."""
+        if (words := f"{self.name} {cmd_name}") in REMOVED:
+            raise Removed(words)
+        return super().get_command(ctx, cmd_name)
 
 
 class RemainingChoice(click.Choice[str]):

@@ -10,12 +10,12 @@ from typing import Any
 
 import pytest
 from click.testing import CliRunner, Result
+from moireid.registry.checkpoints.proof import check_proof
 
 from kit.registries import badge_of, url_of
 from moireid.cli.main import moireid
 from moireid.errors import RegistryError
 from moireid.registry import Registry, open_registry
-from moireid.registry.checkpoints.proof import check_proof
 from moireid.registry.record import Fault
 
 
