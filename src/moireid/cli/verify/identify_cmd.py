@@ -68,9 +68,9 @@ def identify_command(
         raise SpecError("--bundle replaces --registry; leave one of them out")
     camera = camera_held(camera_file, focal_px)
     terms = AskingTerms(trust, report_standing, partial(require, witness_check))
-    people = people_of_registry(registry_url, terms) if bundle_path is None else people_of_bundle(bundle_path, terms)
     films = sealed_reader([video], unsealed=unsealed)
-    with films as reader, people as scope, progress_bar("reading the film") as progress:
+    people = people_of_registry(registry_url, terms) if bundle_path is None else people_of_bundle(bundle_path, terms)
+    with people as scope, films as reader, progress_bar("reading the film") as progress:
         order = IdentifyingOrder(video, scope.layouts, focal_px, camera, track)
         document, known = scope.search(order, reader, progress)
     if as_json:

@@ -212,7 +212,7 @@ def verify_command(**given: Any) -> None:
         wish.video, wish.key_file, wish.attest_file, wish.timestamp_url, wish.form, overwrite=wish.overwrite, kept=kept
     )
     films = sealed_reader([wish.video], unsealed=wish.unsealed)
-    with films as reader, asked_of(wish) as asked:
+    with asked_of(wish) as asked, films as reader:
         for receipt in receipts:
             check_belongs(receipt, asked.found, wish.video)
         plan_pages(wish.report_folder, overwrite=wish.overwrite, kept=kept)
