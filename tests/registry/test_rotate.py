@@ -232,7 +232,7 @@ def test_a_bundle_proves_the_change_offline(path: Path, tmp_path: Path, monkeypa
             assert bundle.standing.fingerprint == new and bundle.claimed("Ada").badge.name == "Ada"
     with pytest.raises(RegistryError, match="its key was replaced"):
         Bundle(tmp_path / "bundle", "00" * 16)
-    monkeypatch.setattr("moireid.registry.bundle.bundle_file.BundleContent.hash_at", lambda self, seq: "0" * 64)
+    monkeypatch.setattr("moireid.registry.bundle.bundle_file.BundleContent.hash_at", lambda self, seq: bytes(32))
     with pytest.raises(RegistryError):
         Bundle(tmp_path / "bundle", old)
 
