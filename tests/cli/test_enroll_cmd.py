@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,9 +12,8 @@ import pytest
 from kit.registries import run
 from moireid.asbuilt import AsBuilt
 from moireid.badge import Badge
-from moireid.reading.film_work import read
+from moireid.reading.film_reader import OwnReader
 from moireid.registry import Record, Registry
-from moireid.sandbox.early_copy import EarlyCopy
 from moireid.verifier.session import capture
 
 WHY = "the sheet was put on again"
@@ -29,8 +29,8 @@ def enroll(tmp_path: Path, ada: Badge, monkeypatch: pytest.MonkeyPatch):
 
     def enrolled(figures: AsBuilt, *words: str, code: int = 0):
         monkeypatch.setattr(capture, "capture_as_built", lambda *_, **__: figures)
-        # A copy of this process, so that it measures so, too.
-        monkeypatch.setattr(EarlyCopy, "waiting", EarlyCopy(read))
+        # In this process, so that it measures so, too.
+        monkeypatch.setattr("moireid.cli.enroll_cmd.sealed_reader", lambda *_, **__: nullcontext(OwnReader()))
         return run("enroll", tmp_path / "badge.json", "--capture", "film.mp4", *to, *words, code=code)
 
     enrolled.to = to  # type: ignore[attr-defined]

@@ -42,7 +42,6 @@ COMMANDS = {
     "calibrate --chart": ["calibrate", BADGE, "--chart", "IT", "--out", "lens.json"],
     "calibrate FILM": ["calibrate", "IT", "--camera", "--out", "camera.yaml"],
     "registry import": ["registry", "import", "IT"],
-    "registry check-proof": ["registry", "check-proof", "IT"],
     "registry audit --since": ["registry", "audit", "--since", "IT"],
     "lab film-set PLAN": ["lab", "film-set", "IT", "--out", "out"],
     "lab evaluate MANIFEST": ["lab", "evaluate", "IT", "--out", "out"],

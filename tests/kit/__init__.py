@@ -26,7 +26,6 @@ in_place.py         the archive's engine without its processes
 sandbox_work.py     what a sandboxed process is given to do
 hostile_work.py     what a job's process says once a film has taken it over
 sealed_work.py      what a hostile film would do, for a sealed process to try
-early_program.py    a program that starts as `moireid verify` does, with secrets
 film_taken_over.py  orders to read that do something else, as a film would
 contained.py        a command as a container of `deploy/` runs it, without a container engine
 untrusted_readers.py  the readers of files that strangers give, and contents kept for them

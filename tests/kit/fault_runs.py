@@ -1,9 +1,10 @@
-"""Every file call of an operation fails once, in turn: `python -m kit.fault_runs FOLDER STEP [NAME…]`.
+"""File calls of an operation fail, one in each run: `python -m kit.fault_runs FOLDER MOST [NAME…]`.
 
-An operation is first run whole, and its calls are counted.  Then, for each call and each way to fail (an error, a short
-write, a full disk from there on, a kill after it, half a write and a kill), it is run from the same state
-in a process of its own, forked from this one.  Afterwards the state is looked at by another process: it must be that of
-before or that of after, that of after if the operation said that it was done, and it must be possible to go on.
+An operation is first run whole, and its calls are counted.  Then it is run from the same state with a call that fails,
+in a process of its own, forked from this one: by an error, a short write, a full disk from there on, a kill after it,
+half a write and a kill.  At least MOST such points (0: all) are drawn with a fixed seed, and so that each kind of call
+fails in each way.  Afterwards the state is looked at by another process: it must be that of before or that of after,
+that of after if the operation said that it was done, and it must be possible to go on.
 Source: the tests of SQLite for I/O errors and crashes, https://sqlite.org/testing.html, sections 3.2 and 3.3.
 """
 
@@ -13,6 +14,7 @@ import ctypes
 import hashlib
 import json
 import os
+import random
 import shutil
 import subprocess
 import sys
@@ -32,7 +34,6 @@ from moireid.files import write_text
 from moireid.idcodes import specimen_of
 from moireid.registry import Registry, import_registry, open_registry
 from moireid.registry.bundle.held import Bundle
-from moireid.registry.checkpoints.proof import check_proof
 from moireid.registry.checkpoints.sources import checkpoints_from
 from moireid.registry.engine import own_file
 from moireid.registry.merge import checked_copy
@@ -41,7 +42,9 @@ KINDS = {"error": 1, "short write": 2, "full disk": 3, "kill": 4, "torn write": 
 SOURCE = Path(__file__).with_name("faults.c")
 #: Exit codes of an operation's process: done, refused in a sentence; anything else but a kill is wrong.
 DONE, REFUSED, WRONG = 0, 3, 4
-FILES = ("out.json", "bundle", "checkpoint", "proof")
+FILES = ("out.json", "bundle", "checkpoint")
+#: A way to fail, the number of a call, and the name of that call.
+Point = tuple[str, int, str]
 
 
 #: The URL of a folder's registry; a database server may take its place.
@@ -105,7 +108,6 @@ OPERATIONS: dict[str, Callable[[Path], None]] = {
     "export": with_registry(exported),
     "checkpoint": with_registry(pointed),
     "publish": with_registry(published),
-    "prove": with_registry(lambda registry, folder: write_text(folder / "proof", registry.prove(registry.find("Bo")))),
 }
 
 
@@ -167,8 +169,6 @@ def state_of(folder: Path) -> tuple[Any, ...]:
     if (folder / "out.json").exists():
         with checked_copy(folder / "out.json"):
             pass
-    if (folder / "proof").exists():
-        check_proof((folder / "proof").read_text(encoding="utf-8"), "proof")
     return tuple(found)
 
 
@@ -201,23 +201,35 @@ def forked(work: Callable[[], Any]) -> tuple[int, Any]:
 
 
 def failing(name: str, folder: Path, kind: int, at: int) -> tuple[int, Any]:
-    """An operation in which call number `at` fails; what it sends is the number of its calls."""
+    """An operation in which call number `at` fails; what it sends is its calls: the name of each, and 1 if it reads."""
 
-    def work() -> int:
+    def work() -> list[list[str]]:
         shim = ctypes.CDLL(None)
+        shim.fault_calls.restype = ctypes.c_char_p
         shim.fault_arm(kind, at, str(folder).encode())
         try:
             OPERATIONS[name](folder)
         finally:
-            count = int(shim.fault_count())
+            calls = [line.split() for line in shim.fault_calls().decode().replace("64 ", " ").splitlines()]
             shim.fault_arm(0, -1, b"/nowhere")
-        return count
+        return calls
 
     return forked(work)
 
 
-def points(name: str, place: Path, step: int) -> Iterator[str | None]:
-    """Fail an operation at every `step`-th call, in each way; for each point None, or what does not hold."""
+def sampled(name: str, points: list[Point], most: int, covered: set[tuple[str, str]]) -> list[Point]:
+    """At least `most` of these points, 0 for all: drawn with a fixed seed, and each pair of a way to fail and a call
+    that is not covered yet; covered: pairs, to which those that are drawn are added.
+    """
+    drawn = random.Random(name).sample(points, len(points))
+    new = {(kind, call): (kind, at, call) for kind, at, call in drawn if (kind, call) not in covered}
+    covered.update(new)
+    rest = [point for point in drawn if point not in new.values()]
+    return [*new.values(), *rest[: max(most - len(new), 0) if most else None]]
+
+
+def points(name: str, place: Path, most: int, covered: set[tuple[str, str]]) -> Iterator[str | None]:
+    """Fail an operation at some calls, as `sampled`; for each point None, or what does not hold."""
     start, folder = place / "start", place / "now"
     prepare(start, name)
 
@@ -228,16 +240,17 @@ def points(name: str, place: Path, step: int) -> Iterator[str | None]:
     fresh()
     code, old = forked(lambda: state_of(folder))
     assert code == DONE, old
-    new = None
-    for kind, number in KINDS.items():
+    fresh()
+    code, calls = failing(name, folder, KINDS["error"], -1)
+    assert code == DONE, calls
+    new = forked(lambda: state_of(folder))[1]
+    changes = [call for call, reads in calls if reads == "0"]
+    every = [("error", at, call) for at, (call, _) in enumerate(calls, 1)]
+    every += [(kind, at, call) for kind in [*KINDS][1:] for at, call in enumerate(changes, 1)]
+    for kind, at, call in sampled(name, every, most, covered):
         fresh()
-        code, calls = failing(name, folder, number, -1 if kind != "full disk" else 1 << 30)
-        assert code == DONE, calls
-        new = new or forked(lambda: state_of(folder))[1]
-        for at in range(1, calls + 1, step):
-            fresh()
-            ended = failing(name, folder, number, at)
-            yield checked_point(f"{name}, {kind} at call {at} of {calls}: ", folder, ended, old, new)
+        ended = failing(name, folder, KINDS[kind], at)
+        yield checked_point(f"{name}, {kind} at call {at}, {call}: ", folder, ended, old, new)
 
 
 def checked_point(where: str, folder: Path, ended: tuple[int, Any], old: list[Any], new: list[Any]) -> str | None:
@@ -268,20 +281,21 @@ def is_one_of(found: list[Any], old: list[Any], new: list[Any], *, done: bool) -
     return is_new or (found == old and not done)
 
 
-def main(place: str, step: str, *names: str) -> None:
+def main(place: str, most: str, *names: str) -> None:
     """Write the number of points, and each that does not hold."""
-    found = {}
+    found, covered = {}, set[tuple[str, str]]()
     for name in names or OPERATIONS:
         with tempfile.TemporaryDirectory(dir=place) as own:
-            found[name] = list(points(name, Path(own), int(step)))
+            found[name] = list(points(name, Path(own), int(most), covered))
         sys.stderr.write(f"{name}: {len(found[name])} points\n")
-    report(found)
+    report(found, covered)
 
 
-def report(found: dict[str, list[str | None]]) -> None:
-    """Write the number of points, and each that does not hold."""
+def report(found: dict[str, list[str | None]], covered: set[tuple[str, str]]) -> None:
+    """Write the number of points, each that does not hold, and the pairs of a way to fail and a call."""
     wrong = [one for points in found.values() for one in points if one is not None]
-    sys.stdout.write(json.dumps({"points": sum(map(len, found.values())), "wrong": wrong}) + "\n")
+    document = {"points": sum(map(len, found.values())), "wrong": wrong, "covered": sorted(covered)}
+    sys.stdout.write(json.dumps(document) + "\n")
 
 
 def preloaded(module: str, work: Callable[..., None]) -> None:

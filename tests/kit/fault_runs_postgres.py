@@ -1,4 +1,4 @@
-"""Each statement and commit to PostgreSQL fails once, in turn: `python -m kit.fault_runs_postgres FOLDER STEP [NAME…]`.
+"""Statements and commits to PostgreSQL fail, one in each run: `python -m kit.fault_runs_postgres FOLDER MOST [NAME…]`.
 
 The operations are those of `fault_runs`, and what must hold afterwards is the same.  The seam is the driver, psycopg:
 the call of number `at` is refused, or its connection is lost before it or after it, or the process is killed after it.
@@ -20,7 +20,7 @@ from typing import Any
 import psycopg
 
 from kit import fault_runs
-from kit.fault_runs import DONE, OPERATIONS, checked_point, forked, prepare, report, state_of
+from kit.fault_runs import DONE, OPERATIONS, checked_point, forked, prepare, report, sampled, state_of
 from kit.registries import Server, running_server, tamper
 
 KINDS = ("error", "lost before", "lost after", "kill after")
@@ -32,17 +32,17 @@ class Driver:
     CALLS = ((psycopg.Cursor, "execute"), (psycopg.Cursor, "executemany"), (psycopg.Connection, "commit"))
 
     def __init__(self, kind: str, at: int) -> None:
-        self._kind, self._at, self.count = kind, at, 0
+        self._kind, self._at, self.calls = kind, at, list[str]()
 
     def arm(self) -> None:
         """Put this object between SQLAlchemy and the driver, in this process for good."""
         for owner, name in self.CALLS:
-            setattr(owner, name, self._failing(getattr(owner, name)))
+            setattr(owner, name, self._failing(name, getattr(owner, name)))
 
-    def _failing(self, real: Callable[..., Any]) -> Callable[..., Any]:
+    def _failing(self, name: str, real: Callable[..., Any]) -> Callable[..., Any]:
         def call(own: Any, *words: Any, **named: Any) -> Any:
-            self.count += 1
-            if self.count != self._at:
+            self.calls.append(name)
+            if len(self.calls) != self._at:
                 return real(own, *words, **named)
             connection = own if isinstance(own, psycopg.Connection) else own.connection
             if self._kind == "error":
@@ -111,19 +111,19 @@ def _copied(source: str, target: str) -> list[str]:
 
 
 def failing(name: str, folder: Path, kind: str, at: int) -> tuple[int, Any]:
-    """An operation in which call number `at` fails; what it sends is the number of its calls."""
+    """An operation in which call number `at` fails; what it sends is its calls."""
 
-    def work() -> int:
+    def work() -> list[str]:
         driver = Driver(kind, at)
         driver.arm()
         OPERATIONS[name](folder)
-        return driver.count
+        return driver.calls
 
     return forked(work)
 
 
-def points(name: str, place: Place, step: int) -> Iterator[str | None]:
-    """Fail an operation at every `step`-th call, in each way; for each point None, or what does not hold."""
+def points(name: str, place: Place, most: int, covered: set[tuple[str, str]]) -> Iterator[str | None]:
+    """Fail an operation at some calls, as `sampled`; for each point None, or what does not hold."""
     place.fresh()
     code, old = forked(lambda: state_of(place.now))
     assert code == DONE, old
@@ -131,22 +131,22 @@ def points(name: str, place: Place, step: int) -> Iterator[str | None]:
     code, calls = failing(name, place.now, "none", -1)
     assert code == DONE, calls
     new = forked(lambda: state_of(place.now))[1]
-    for kind in KINDS:
-        for at in range(1, calls + 1, step):
-            place.fresh()
-            ended, said = failing(name, place.now, kind, at)
-            yield checked_point(f"{name}, {kind} at call {at} of {calls}: ", place.now, (ended, said), old, new)
+    every = [(kind, at, call) for kind in KINDS for at, call in enumerate(calls, 1)]
+    for kind, at, call in sampled(name, every, most, covered):
+        place.fresh()
+        ended, said = failing(name, place.now, kind, at)
+        yield checked_point(f"{name}, {kind} at call {at}, {call}: ", place.now, (ended, said), old, new)
 
 
-def main(folder: str, step: str, *names: str) -> None:
+def main(folder: str, most: str, *names: str) -> None:
     """Write the number of points, and each that does not hold."""
     with running_server() as server:
-        found = {}
+        found, covered = {}, set[tuple[str, str]]()
         for name in names or OPERATIONS:
             with tempfile.TemporaryDirectory(dir=folder) as own:
-                found[name] = list(points(name, Place(server, Path(own), name), int(step)))
+                found[name] = list(points(name, Place(server, Path(own), name), int(most), covered))
             sys.stderr.write(f"{name}: {len(found[name])} points\n")
-    report(found)
+    report(found, covered)
 
 
 if __name__ == "__main__":

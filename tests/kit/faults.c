@@ -2,7 +2,7 @@
  *
  * Calls that open, read, write, resize, sync, rename and remove files are counted, those of SQLite and of Python alike;
  * of all kinds but FAIL only those that change something, as a kill before a call leaves what one after the last left.
- * The one of number `at` fails as its kind says; fault_count() gives how many there were.  fault_record() lets none fail
+ * The one of number `at` fails as its kind says; fault_calls() gives what calls there were.  fault_record() lets none fail
  * and writes down each change instead, one line and its bytes: power_cuts.py makes of it what a power cut leaves.
  */
 #define _GNU_SOURCE
@@ -69,8 +69,6 @@ static void note_sync(int fd) {
     note('S', fd, 0, 0, path, length < 0 ? 0 : (size_t)length);
 }
 
-int fault_count(void) { return armed ? count : -1; }
-
 static int below(const char *path) { return armed && path != NULL && strncmp(path, root, strlen(root)) == 0; }
 
 static int is_ours(int fd) {
@@ -87,10 +85,17 @@ static void die(void) { kill(getpid(), SIGKILL); pause(); }
 
 enum { READS, CHANGES, TAKES_SPACE };
 
+static char calls[1 << 16];
+
+/* The calls that were counted, in order: the name of each, and whether it only reads, one a line. */
+const char *fault_calls(void) { return calls; }
+
 /* Whether this call must fail, with errno; a full disk refuses every call that takes space from then on. */
-static int fails(int effect) {
+static int fails(int effect, const char *name) {
     if (effect == READS && kind != FAIL) return 0;
     count++;
+    size_t used = strlen(calls);
+    snprintf(calls + used, sizeof calls - used, "%s %d\n", name, effect == READS);
     if (kind == FULL && count >= at && effect == TAKES_SPACE) { errno = ENOSPC; return 1; }
     if (kind == FAIL && count == at) { errno = EIO; return 1; }
     return 0;
@@ -104,7 +109,7 @@ static void passed(int effect) { if (kind == KILL && count == at && effect != RE
     type name arguments { \
         REAL(name); \
         if (!(ours)) return real passed_on; \
-        if (fails(effect)) return -1; \
+        if (fails(effect, #name)) return -1; \
         type result = real passed_on; \
         int kept = errno; \
         if (result == 0) noted; \
@@ -117,7 +122,7 @@ static void passed(int effect) { if (kind == KILL && count == at && effect != RE
     ssize_t name arguments { \
         REAL(name); \
         if (!is_ours(fd)) return real passed_on; \
-        if (fails(TAKES_SPACE)) return -1; \
+        if (fails(TAKES_SPACE, #name)) return -1; \
         if (count == at && (kind == SHORT || kind == TORN) && size > 1) { \
             ssize_t half = real halved; \
             if (kind == TORN) die(); \
@@ -138,7 +143,7 @@ static void passed(int effect) { if (kind == KILL && count == at && effect != RE
         va_end(rest); \
         if (!below(path)) return real(path, flags, mode); \
         int effect = flags & O_CREAT && access(path, F_OK) != 0 ? TAKES_SPACE : READS; \
-        if (fails(effect)) return -1; \
+        if (fails(effect, #name)) return -1; \
         int result = real(path, flags, mode), kept = errno; \
         if (result >= 0) note_path('O', result, effect == TAKES_SPACE, (flags & O_TRUNC) != 0, path); \
         passed(effect); \

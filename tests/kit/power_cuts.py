@@ -1,7 +1,8 @@
-"""What a power cut leaves of an operation's files, after each of its calls: `python -m kit.power_cuts FOLDER [NAME…]`.
+"""What a power cut leaves of files, after some calls of an operation: `python -m kit.power_cuts FOLDER MOST [NAME…]`.
 
 An operation runs once, and faults.c writes down each change of a file: writes, new lengths, names, and what was synced.
-After each of them the power is cut, and of what was not synced some is lost, in each way of `SURVIVALS`.  What is left
+After `MOST` of them or more, drawn as by `fault_runs` (0: after each), and after the last one, the power is cut, and of
+what was not synced some is lost, in a way of `SURVIVALS`.  What is left
 is looked at as by `fault_runs`: the registry is that of before or of after, that of after once the operation has said
 that it is done; each file is whole.
 
@@ -22,12 +23,12 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from kit.fault_runs import DONE, OPERATIONS, checked_point, forked, preloaded, prepare, report, state_of
+from kit.fault_runs import DONE, OPERATIONS, checked_point, forked, preloaded, prepare, report, sampled, state_of
 
 #: Which names, and which bytes, are left of those that were not synced.
 SURVIVALS = (("kept", "kept"), ("now", "kept"), ("kept", "now"), ("now", "torn"))
 #: What these write is one file, whose name a power cut may take back to the file of before even when all is done.
-OF_FILES = ("export", "checkpoint", "publish", "prove")
+OF_FILES = ("export", "checkpoint", "publish")
 
 
 class Content:
@@ -119,8 +120,8 @@ def traced(name: str, folder: Path, trace: Path) -> list[tuple[str, int, int, in
     return found
 
 
-def points(name: str, place: Path) -> Iterator[str | None]:
-    """Cut the power after each change, in each way; for each point None, or what does not hold."""
+def points(name: str, place: Path, most: int, covered: set[tuple[str, str]]) -> Iterator[str | None]:
+    """Cut the power after some changes; for each point None, or what does not hold."""
     start, folder = place / "start", place / "now"
     prepare(start, name)
     shutil.copytree(start, folder)
@@ -131,10 +132,15 @@ def points(name: str, place: Path) -> Iterator[str | None]:
     restore(folder, disk.left("kept", "kept"))
     old = forked(lambda: state_of(folder))[1]
     known: dict[str, str | None] = {}
+    ways = [" names, ".join(way) for way in SURVIVALS]
+    every = [(way, number, change[0]) for number, change in enumerate(changes, 1) for way in ways]
+    drawn = {*sampled(name, every, most, covered), *every[-len(ways) :]}
     for number, change in enumerate(changes, 1):
         disk.change(*change)
         is_done = number == len(changes) and name not in OF_FILES
         for way in SURVIVALS:
+            if (" names, ".join(way), number, change[0]) not in drawn:
+                continue
             left = disk.left(*way)
             key = f"{is_done}{hashlib.sha256(repr(sorted(left.items())).encode()).hexdigest()}"
             if key not in known:
@@ -157,14 +163,14 @@ def restore(folder: Path, left: dict[str, bytes | None]) -> None:
             Path(path).chmod(0o600)
 
 
-def main(place: str, *names: str) -> None:
+def main(place: str, most: str, *names: str) -> None:
     """Write the number of points, and each that does not hold."""
-    found = {}
+    found, covered = {}, set[tuple[str, str]]()
     for name in names or OPERATIONS:
         with tempfile.TemporaryDirectory(dir=place) as own:
-            found[name] = list(points(name, Path(own)))
+            found[name] = list(points(name, Path(own), int(most), covered))
         sys.stderr.write(f"{name}: {len(found[name])} points\n")
-    report(found)
+    report(found, covered)
 
 
 if __name__ == "__main__":

@@ -24,8 +24,6 @@ from moireid.cli.main import moireid
 from moireid.errors import MediaError
 from moireid.reading import film_reader as reading
 from moireid.reading.film_reader import ANSWER_BYTES, SealedReader, film_reader
-from moireid.reading.film_work import read as work
-from moireid.sandbox.early_copy import EarlyCopy
 from moireid.sandbox.seal import MEANS
 from moireid.verifier import Question, verify
 
@@ -38,11 +36,8 @@ def film(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return first_frames(FILMS / "genuine_1.0m.mp4", tmp_path_factory.mktemp("film") / "film.mp4", 70)
 
 
-@pytest.fixture(params=["copy", "fork"])
-def reader(request: pytest.FixtureRequest, film: Path) -> Iterator[SealedReader]:
-    """What reads the film: a copy of this process, as in a command, or a process of the fork server."""
-    if request.param == "copy":
-        EarlyCopy.waiting = EarlyCopy(work)
+@pytest.fixture
+def reader(film: Path) -> Iterator[SealedReader]:
     with film_reader([film]) as made:
         assert isinstance(made, SealedReader)
         yield made
@@ -72,11 +67,21 @@ def test_a_film_cannot_read_another_file(reader: SealedReader, tmp_path: Path) -
     assert reader.sealed == tuple(MEANS)
 
 
+SEARCHED = """import os, sys
+from pathlib import Path
+from kit.film_taken_over import HostileOrder
+from moireid.reading.film_reader import film_reader
+with film_reader([Path("none.mp4")]) as reader:
+    found = reader.read(HostileOrder("search"), lambda done, of: None)["result"]["got"]
+print(found, sys.argv[1], os.environ["PGPASSWORD"], *reader.sealed)
+"""
+
+
 @linux
 def test_no_secret_of_the_command_is_in_the_memory_of_its_reader(film: Path) -> None:
     """Catches: a database's password, in a variable or an argument, in the memory of the process that decodes."""
     secrets = [f"hidden.{random.randbytes(6).hex()}" for _ in range(2)]
-    program = [sys.executable, "-m", "kit.early_program", f"postgresql://ada:{secrets[0]}@there/people"]
+    program = [sys.executable, "-c", SEARCHED, f"postgresql://ada:{secrets[0]}@there/people"]
     variables = {"PATH": os.environ["PATH"], "PYTHONPATH": str(TESTS), "PGPASSWORD": secrets[1]}
     done = subprocess.run(program, env=variables, capture_output=True, text=True, timeout=120)
     assert done.returncode == 0, done.stderr
@@ -160,8 +165,7 @@ def test_verify_says_how_it_read_the_film_and_judges_as_before(film: Path) -> No
 @linux
 def test_where_nothing_seals_the_command_line_warns(film: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Catches: a seal that is reported though the kernel refuses it; a silence about it."""
-    monkeypatch.setattr("moireid.sandbox.child.seal", lambda reach, scratch: ("no_new_privileges",))
-    EarlyCopy.waiting = EarlyCopy(work)
+    monkeypatch.setattr(SealedReader, "sealed", ("no_new_privileges",))
     done = ran("verify", str(film), "--badge", str(FILMS / "badge.json"), "--json")
     assert json.loads(done.stdout)["sealed"] == ["no_new_privileges"]
     assert done.stderr.startswith("note: the process that read the film could reach the network")

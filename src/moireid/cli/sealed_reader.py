@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -22,12 +22,23 @@ unsealed_option = click.option(
 )
 
 
-@contextmanager
-def sealed_reader(films: Sequence[Path], *, unsealed: bool, folder: Path | None = None) -> Iterator[Reader]:
-    """What reads the films of a command; a note says what the system does not seal, once they have been read.
+def sealed_reader(
+    films: Sequence[Path], *, unsealed: bool, folder: Path | None = None
+) -> AbstractContextManager[Reader]:
+    """What reads the films of a command, which begins to load; a note says what the system does not seal, once they
+    have been read.
 
     Parameters: folder: in which it may write.
     """
+    if not unsealed:
+        from moireid.reading.film_reader import warm_up
+
+        warm_up()
+    return _noted_reader(films, unsealed=unsealed, folder=folder)
+
+
+@contextmanager
+def _noted_reader(films: Sequence[Path], *, unsealed: bool, folder: Path | None) -> Iterator[Reader]:
     from moireid.reading.film_reader import film_reader
     from moireid.sandbox.seal import missing
 

@@ -1,9 +1,7 @@
 """The process that reads films for a command, from the command's side.
 
-A command makes it before it reads its own arguments, as a copy (`sandbox/early_copy.py`): that costs less than loading
-the packages once more.  Other programs have it forked from a program that has loaded the work, and nothing of theirs.
-It seals itself before it is sent its order.  It must answer within `SILENCE_S`, and be done within a time that grows
-with the film.
+It is forked from a program that has loaded the work, and nothing of the command's.  It seals itself before it is sent
+its order.  It must answer within `SILENCE_S`, and be done within a time that grows with the film.
 
 Without a seal (`--unsealed`, and on Windows) films are read in the command's own process, without limits.
 """
@@ -23,7 +21,6 @@ from moireid import errors
 from moireid.errors import MediaError, MoireIdError
 from moireid.reading.answers import Count, checked, malformed
 from moireid.reading.film_orders import Order
-from moireid.sandbox.early_copy import EarlyCopy
 from moireid.sandbox.file_access import Reach, reach
 from moireid.sandbox.process import Child, ForkServer, ProcessEnd, start
 from moireid.sandbox.seal import ProcessLimits
@@ -173,24 +170,24 @@ def film_reader(films: Sequence[Path], *, unsealed: bool = False, folder: Path |
         yield OwnReader()
         return
     limits, seconds = limits_of(films, written_bytes=0 if folder is None else WRITTEN_BYTES)
-    child = _process(limits, reach(read=films, write=() if folder is None else [folder]), named(films))
+    child = _process(limits, reach(read=films, write=() if folder is None else [folder]))
     try:
         yield SealedReader(child, films, seconds)
     finally:
         child.kill()
 
 
-def _process(limits: ProcessLimits, within: Reach, film: str) -> Child:
+def _process(limits: ProcessLimits, within: Reach) -> Child:
     """A process within its limits that waits for an order."""
     if sys.platform != "linux":
         return start(WORK, limits, within=within)
-    copy, EarlyCopy.waiting = EarlyCopy.waiting, None
-    if copy is None:
-        return _fork_server().fork(limits, within=within)
-    try:
-        return copy.begin(limits, within=within)
-    except ProcessEnd as ended:
-        raise fault_of(ended, film) from ended
+    return _fork_server().fork(limits, within=within)
+
+
+def warm_up() -> None:
+    """Begin to load what films are read with, meanwhile the caller goes on."""
+    if sys.platform == "linux":
+        _fork_server().warm_up()
 
 
 @cache

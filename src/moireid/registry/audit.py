@@ -3,8 +3,8 @@
 1. The log: the entries are numbered without a gap, the hash of each is that of its content, and it bears the signature
    of the key that the authority had then; a change of key bears those of both.  The tree over them is computed anew,
    and each stored node is the one that the entries give.
-2. The head is signed and is the root of that tree; a head noted elsewhere was that of the log's first entries, and the
-   log still begins as the checkpoints that others keep say; if witnesses must have signed one of those, enough did.
+2. The head is signed and is the root of that tree; the log still begins as the checkpoints that others keep say; if
+   witnesses must have signed one of those, enough did.
 3. Each record bears the signature, and is the newest version in the log; none is without an entry.
 4. Each record that the log enters is there, unless a later entry says that the person was erased; after that, no
    entry is about them.
@@ -19,12 +19,11 @@ write meanwhile, and that alone causes no finding.
 
 What it cannot find by itself:
 - the whole registry, head included, put back to a state that is earlier, and later than all that this user saw: it was
-  sound then.  A checkpoint that another person keeps shows it, or `Audit.head` noted elsewhere and given as
-  `expected_head`: the log must still contain it.
+  sound then.  A checkpoint that another person keeps shows it.
 - a whole registry made anew under another key, of which this user saw nothing before.  The first entry names the key,
-  so a checkpoint, a head noted elsewhere, or the fingerprint, shows it.
+  so a checkpoint, or the fingerprint, shows it.
 - actions by a person who has the private key: they can enroll, revoke and change the key in the authority's name.  If
-  no head was noted elsewhere, and no one keeps a checkpoint, they can even rewrite the log from its first entry on.
+  no one keeps a checkpoint, they can even rewrite the log from its first entry on.
 """
 
 from __future__ import annotations
@@ -74,7 +73,6 @@ PAGE = 500
 
 def audit(
     ledger: Ledger,
-    expected_head: str | None,
     progress: Callable[[int, int | None], None] | None = None,
     since: Sequence[Checkpoint] = (),
     quorum: Quorum | None = None,
@@ -88,7 +86,6 @@ def audit(
     kept = [one for one in since if one.fingerprint in keys]
     for one in kept:
         one.check(keys[one.fingerprint], f"of {one.date}")
-    expected = None if expected_head is None else Head.parse(expected_head)
     counts = (select(func.count()).select_from(table).scalar_subquery() for table in (badges, log))
     tally = Tally(progress, sum(ledger.rows(select(*counts))[0]))
     if refused is not None:
@@ -101,9 +98,9 @@ def audit(
                 f"by {one.fingerprint}: its key was replaced"
             )
             tally.report("key_replaced", text)
-    roots = dict.fromkeys([one.size for one in kept] + ([expected.seq] if expected else []), "")
+    roots = dict.fromkeys([one.size for one in kept], "")
     head = _audit_log(ledger, roots, tally, former[0] if former else ledger.authority)
-    _audit_kept(kept, expected, roots, head, tally)
+    _audit_kept(kept, roots, head, tally)
     who = _audit_actors(ledger, tally)
     _audit_records(ledger, tally)
     return Audit(
@@ -145,10 +142,8 @@ def _audit_witnesses(since: Sequence[Checkpoint], quorum: Quorum, tally: Tally) 
     return None
 
 
-def _audit_kept(
-    kept: Sequence[Checkpoint], expected: Head | None, roots: Mapping[int, str], head: Head | None, tally: Tally
-) -> None:
-    """Compare the log with what was kept of it elsewhere: checkpoints, and a head; roots: over so many entries."""
+def _audit_kept(kept: Sequence[Checkpoint], roots: Mapping[int, str], head: Head | None, tally: Tally) -> None:
+    """Compare the log with the checkpoints that were kept of it elsewhere; roots: over so many entries."""
     size = tally.counts["entries"]
     for one in kept:
         noted = f"the log ends at entry {size}, and the checkpoint of {one.date} names {one.size} entries"
@@ -164,14 +159,6 @@ def _audit_kept(
             tally.report(
                 "rolled_back", f"{noted}: the registry was rolled back, an earlier state was put back", one.size
             )
-    if expected is None:
-        return
-    if expected.seq > size:
-        text = f"the log ends at entry {size}, but entry {expected.seq} was noted elsewhere: it was rolled back"
-        tally.report("rolled_back", text, expected.seq)
-    elif roots[expected.seq] != expected.hash:
-        text = f"the log's first {expected.seq} entries are not those that were noted elsewhere"
-        tally.report("head_expected", text, expected.seq)
 
 
 def _audit_log(ledger: Ledger, roots: dict[int, str], tally: Tally, then: Authority) -> Head | None:

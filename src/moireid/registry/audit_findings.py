@@ -63,7 +63,7 @@ class Audit:
     Notes
     -----
     Convention: `sound` is true if nothing was found.  `moireid.registry.audit` lists what an audit cannot show by
-    itself; note `head` elsewhere.
+    itself.
     """
 
     fingerprint: str

@@ -23,7 +23,6 @@ from typing import Annotated, Any
 
 import msgspec
 
-from moireid.errors import RegistryError
 from moireid.provenance import AuthorityKey
 from moireid.registry.canonical import canonical_json, sha256_hex, utc_now
 from moireid.registry.engine import AnyRow
@@ -56,13 +55,10 @@ class Head:
 
     @classmethod
     def parse(cls, text: str) -> Head:
-        """The head that `text` writes as SEQUENCE:HASH.  Raises: RegistryError if it is none."""
-        match = re.fullmatch(r"([1-9]\d{0,17}):([0-9a-f]{64})", text.strip().lower(), re.ASCII)
+        """The head that `text` writes as SEQUENCE:HASH.  Raises: ValueError if it is none."""
+        match = re.fullmatch(r"([1-9]\d{0,17}):([0-9a-f]{64})", text, re.ASCII)
         if match is None:
-            raise RegistryError(
-                f"head {text[:80]!r} is none; give what `moireid registry audit` printed, a number, a colon and 64 hex "
-                "digits"
-            )
+            raise ValueError(f"{text[:80]!r} is no head of a log")
         return cls(int(match[1]), match[2])
 
 

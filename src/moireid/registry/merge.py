@@ -77,7 +77,7 @@ def checked_copy(path: Path) -> Iterator[Ledger]:
         copy = open_ledger(url, create=True, make_authority=False, actor=account()).unchecked()
         try:
             load(path, copy)
-            seen = audit(copy, None)
+            seen = audit(copy)
             if not seen.sound:
                 more = f", and {seen.found - 1} more" if seen.found > 1 else ""
                 raise RegistryError(

@@ -1,4 +1,4 @@
-"""What a registry gives to outsiders so that they can check it: its standing, checkpoints, proofs and bundles."""
+"""What a registry gives to outsiders so that they can check it: its standing, checkpoints and bundles."""
 
 from __future__ import annotations
 
@@ -14,7 +14,6 @@ from moireid.registry.bundle.publish import Progress, publish
 from moireid.registry.checkpoints.checkpoint import ORIGIN, Checkpoint, sign_checkpoint
 from moireid.registry.checkpoints.cosignature import Quorum
 from moireid.registry.checkpoints.note import authority_key
-from moireid.registry.checkpoints.proof import proof_of
 from moireid.registry.keys import as_fingerprint
 from moireid.registry.log import Head
 from moireid.registry.queries import RegistryQueries
@@ -72,26 +71,6 @@ class PublicView(RegistryQueries):
             If the log was changed since that version was entered: the badge may have been revoked.
         """
         self._ledger.check_newest(record)
-
-    def prove(self, record: Record) -> str:
-        """Prove to a person without the registry that a record's newest version is in the log.
-
-        Parameters
-        ----------
-        record : Record
-            As this registry gave it.
-
-        Returns
-        -------
-        str
-            JSON, with a checkpoint that is signed now; `checkpoints.proof.check_proof` reads it.
-
-        Raises
-        ------
-        RegistryError
-            If the record is not the newest one, or the private key is not on this machine.
-        """
-        return proof_of(self._ledger, record)
 
     def checkpoint(self, older: Sequence[Checkpoint] = ()) -> tuple[Checkpoint, list[tuple[int, list[bytes]]]]:
         """Sign the log as it is now, for others to keep.

@@ -69,9 +69,8 @@ def recall(place: str = "") -> Memory:
         at = database.execute("SELECT fingerprint FROM places WHERE place = ?", (_key(place),)).fetchone()
         heads = database.execute("SELECT fingerprint, seq, hash FROM heads").fetchall()
         after = database.execute("SELECT fingerprint, successor FROM successors").fetchall()
-    return Memory(
-        str(at[0]) if at else None, {str(who): Head.parse(f"{seq}:{root}") for who, seq, root in heads}, dict(after)
-    )
+        last = {str(who): Head.parse(f"{seq}:{root}") for who, seq, root in heads}
+    return Memory(str(at[0]) if at else None, last, dict(after))
 
 
 def remember(place: str, keys: Sequence[str], head: Head, turned: Sequence[Rotation] = ()) -> bool:
@@ -128,7 +127,7 @@ def forget(fingerprint: str) -> bool:
 def _readable() -> Iterator[None]:
     try:
         yield
-    except sqlite3.Error as error:
+    except (sqlite3.Error, ValueError) as error:
         # If the error were ignored, damage to this file would hide that a registry was put back.
         raise RegistryError(
             f"what was seen of registries before, {seen_path()}, cannot be read ({error}); put that file right, or "

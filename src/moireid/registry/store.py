@@ -156,7 +156,7 @@ class Registry(RegistryChanges, PublicView):
         Returns
         -------
         str
-            NUMBER:ROOT.  Noted elsewhere, it shows later whether the registry was put back or only grew.
+            NUMBER:ROOT.
         """
         return str(self._ledger.head())
 
@@ -292,7 +292,6 @@ class Registry(RegistryChanges, PublicView):
 
     def audit(
         self,
-        expected_head: str | None = None,
         progress: Progress | None = None,
         since: Sequence[Checkpoint] = (),
         quorum: Quorum | None = None,
@@ -301,8 +300,6 @@ class Registry(RegistryChanges, PublicView):
 
         Parameters
         ----------
-        expected_head : str, optional
-            A head noted earlier, SEQUENCE:HASH.
         progress : callable, optional
             Called with entries and records done and in all.
         since : sequence of Checkpoint
@@ -318,13 +315,13 @@ class Registry(RegistryChanges, PublicView):
         Raises
         ------
         RegistryError
-            If `expected_head` is no head, or a checkpoint does not bear the signature of the authority that it names.
+            If a checkpoint does not bear the signature of the authority that it names.
 
         Notes
         -----
         `moireid.registry.audit` lists what an audit cannot show.
         """
-        return audit(self._ledger, expected_head, progress, since, quorum)
+        return audit(self._ledger, progress, since, quorum)
 
     def export_json(self, path: Path | str, *, overwrite: bool = False, progress: Progress | None = None) -> int:
         """Write records, log and public key to a JSON file, whole or not at all.

@@ -2,7 +2,6 @@
 itself.
 
 file_access.py  which files a sealed process may read
-start_state.py  its environment variables, and the folders that it imports from
 calls.py        which system calls a sealed process may make
 seccomp.py      a filter of system calls, by libseccomp
 landlock.py     which files are open, by the kernel's Landlock
@@ -10,7 +9,6 @@ seal.py         resource limits, and how a process seals itself; which parts of 
 child.py        the process: `python -m moireid.sandbox.child`; it does some work, or forks a process for each request
 line.py         the parent's end of the connection; no call waits longer than the time that its caller gives
 process.py      the parent's side: start a process, send messages, receive answers, end it
-early_copy.py   a copy of a program, made before the program knows anything private
 
 Convention: messages to the process are pickled, as they come from us.  Its answers are JSON and are never unpickled, as
     it has read untrusted files.

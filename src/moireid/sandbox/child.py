@@ -103,28 +103,7 @@ def _fork_for_each(asked: socket.socket, work: str) -> None:
         asked.sendall(answer.to_bytes(8, "big", signed=True))
 
 
-def run_copy(handle: int, work: Callable[[Talk], None]) -> None:
-    """Do the work in a copy of the program that wants it, which keeps no file or stream of it; then exit.
-
-    Its first message is BEGIN.  It ends where its parent goes before.
-    """
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    null = os.open(os.devnull, os.O_RDWR)
-    for stream in range(3):
-        os.dup2(null, stream)
-    os.closerange(3, handle)
-    os.closerange(handle + 1, _beyond_files())
-    begin = Talk(Connection(os.dup(handle))).next()
-    if begin is not None:
-        _run(handle, work, begin)
-
-
-def _beyond_files() -> int:
-    """One more than the greatest descriptor that is open."""
-    return max(map(int, os.listdir("/proc/self/fd"))) + 1
-
-
-def _run(handle: int, work: str | Callable[[Talk], None], begin: str) -> None:
+def _run(handle: int, work: str, begin: str) -> None:
     """Do the work within limits, report how it ended, and exit."""
     parent, order, talk = os.getppid(), json.loads(begin), Talk(Connection(handle))
     os.environ["TMPDIR"] = tempfile.tempdir = order["folder"]
@@ -132,7 +111,7 @@ def _run(handle: int, work: str | Callable[[Talk], None], begin: str) -> None:
         os.chdir(order["current"])
     confine(ProcessLimits(**order["limits"]))
     try:
-        act = _loaded(work) if isinstance(work, str) else work
+        act = _loaded(work)
         if order["reach"] is not None:
             # Without other threads: each of them would keep its own reach.
             talk.send({"sealed": seal(Reach(**order["reach"]), order["folder"])})

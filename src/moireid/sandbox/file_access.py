@@ -8,8 +8,6 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
-from moireid.sandbox.start_state import import_path
-
 #: What every program reads: libraries, fonts, the time zone, and figures about the machine and about itself.  Not all
 #: of /proc, as it shows the environment of other processes.
 SYSTEM = (
@@ -69,8 +67,23 @@ def program_folders(imports: Iterable[str]) -> list[str]:
 
 
 def _import_folders() -> list[str]:
-    """The folder of this package, and those that this program imports from."""
-    return [os.path.dirname(os.path.dirname(_real(__file__))), *import_path()]
+    """The folder of this package, and those that this program imports from, without the folder of its script, or the
+    one that it was started in.
+
+    Python puts that folder first (`sys.path[0]`).  It may hold anything: keys may be next to a script.  It is kept
+    where it is a folder of packages, as in a program that was packed with all that it needs.
+    """
+    started = sys.path[:1] if not sys.flags.safe_path else []
+    closed = {_real(one) for one in started if one and not _has_packages(one)}
+    imports = [one for one in sys.path if one and _real(one) not in closed]
+    return [os.path.dirname(os.path.dirname(_real(__file__))), *imports]
+
+
+def _has_packages(folder: str) -> bool:
+    try:
+        return os.path.isfile(folder) or any(name.endswith(".dist-info") for name in os.listdir(folder))
+    except OSError:
+        return False
 
 
 def open_parts(root: str, closed: Iterable[str]) -> list[str]:

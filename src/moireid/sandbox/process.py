@@ -29,7 +29,6 @@ import msgspec
 from moireid.sandbox.file_access import Reach, reach
 from moireid.sandbox.line import MessageChannel
 from moireid.sandbox.seal import ProcessLimits
-from moireid.sandbox.start_state import kept_environment
 
 #: Longest time for a fork server to load its work, or to answer.
 LOAD_S = 120.0
@@ -48,6 +47,9 @@ ONE_THREAD = dict.fromkeys(
 #: Dask sets this so that its workers return memory early.  It also keeps large arrays out of the heap, so that the
 #: memory of each picture is mapped again page by page, which took a third of a film's processor time.
 NOT_HANDED_ON = frozenset({"MALLOC_TRIM_THRESHOLD_"})
+#: A sealed process gets these variables of the environment and no other: any other may hold a password or a key.
+KEPT_VARIABLES = ("PATH", "HOME", "LANG", "TZ", "TMPDIR", "LD_LIBRARY_PATH", "VIRTUAL_ENV", "MPLCONFIGDIR")
+KEPT_BEGINNINGS = ("LC_", "PYTHON", "OPENCV_", "OMP_", "OPENBLAS_", "MKL_", "NUMBA_", "VECLIB_")
 
 
 class ProcessEnd(Exception):
@@ -134,9 +136,9 @@ def start(work: str, limits: ProcessLimits, folder: Path | str | None = None, *,
         itself; None: it is not sealed.
     Raises: OSError if it cannot be started.
     """
-    scratch = scratch_folder(folder)
-    own = dict(os.environ) if within is None else kept_environment(dict(os.environ))
-    program, line = _program(work, beginning(scratch, limits, within), environment=own | ONE_THREAD)
+    scratch = _scratch_folder(folder)
+    own = _environment(sealed=within is not None)
+    program, line = _program(work, _beginning(scratch, limits, within), environment=own | ONE_THREAD)
 
     def end() -> int:
         program.kill()
@@ -183,11 +185,11 @@ class ForkServer:
         """A process that does the work; folder and within as in `start`.  Raises: OSError if none can be started."""
         ours, theirs = socket.socketpair()
         with ours, theirs:
-            scratch = scratch_folder(folder)
+            scratch = _scratch_folder(folder)
             with self._lock:
                 line = self._begun()
                 try:
-                    socket.send_fds(line, [beginning(scratch, limits, within).encode()], [theirs.fileno()])
+                    socket.send_fds(line, [_beginning(scratch, limits, within).encode()], [theirs.fileno()])
                     number = _answer(line)
                 except OSError:
                     # A late answer would be taken for the answer to another request.
@@ -199,9 +201,8 @@ class ForkServer:
         if self._program is not None and self._program.poll() is not None:
             self._drop()
         if self._line is None:
-            environment = dict(os.environ)
-            environment = kept_environment(environment) if self._sealed else environment
-            self._program, self._line = _program(self._work, environment=environment | self._fixed)
+            environment = _environment(sealed=self._sealed) | self._fixed
+            self._program, self._line = _program(self._work, environment=environment)
             self._line.settimeout(LOAD_S)
         return self._line
 
@@ -226,13 +227,19 @@ def _answer(line: socket.socket) -> int:
     return int.from_bytes(answer, "big", signed=True)
 
 
-def scratch_folder(folder: Path | str | None) -> str:
+def _environment(*, sealed: bool) -> dict[str, str]:
+    """The environment variables that a process gets."""
+    kept = {k: v for k, v in os.environ.items() if k in KEPT_VARIABLES or k.startswith(KEPT_BEGINNINGS)}
+    return kept if sealed else dict(os.environ)
+
+
+def _scratch_folder(folder: Path | str | None) -> str:
     """A new folder for the temporary files of a process, in `folder` or the system's."""
     # The fork server may have another current folder.
     return os.path.abspath(tempfile.mkdtemp(prefix="moireid-", dir=folder))
 
 
-def beginning(scratch: str, limits: ProcessLimits, within: Reach | None) -> str:
+def _beginning(scratch: str, limits: ProcessLimits, within: Reach | None) -> str:
     """What a process needs to limit and to seal itself, as JSON; it works in this program's current folder."""
     order = {"folder": scratch, "limits": asdict(limits), "reach": None if within is None else asdict(within)}
     # The current folder may have been removed.

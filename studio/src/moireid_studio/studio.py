@@ -18,8 +18,7 @@ from moireid.provenance import Standing
 from moireid.registry import Audit, Registry, default_url, open_registry
 from moireid.registry.engine import read_url
 from moireid.registry.keys import keys_folder
-from moireid.registry.log import Head
-from moireid.registry.seen import recall, seen_path
+from moireid.registry.seen import seen_path
 from moireid.registry.signing.client import signer_address
 from moireid_studio.auth.tokens import Tokens
 from moireid_studio.http.metrics import Metrics
@@ -133,21 +132,17 @@ class Studio:
         text = " ".join(str(error).split()).replace(f"registry {shown}", "the registry").replace(shown, "the registry")
         return plain(text)
 
-    def remembered_head(self) -> Head | None:
-        """The last entry of the registry's log that was seen before; None where nothing could be remembered."""
-        return recall().heads.get(self.registry.fingerprint)
-
-    def audit(self, expected_head: str) -> Audit:
+    def audit(self) -> Audit:
         """Audit the registry; only one audit runs at a time, because each reads everything.
 
-        Raises: RegistryError where `expected_head` is not a head; Refusal 503 where another audit runs.
+        Raises: Refusal 503 where another audit runs.
         """
         if not self._auditing.acquire(blocking=False):
             raise Refusal(503, "busy", "Another audit runs; try again when it is done.", headers={"Retry-After": "30"})
         try:
             check = self.settings.witness_check
             quorum, since = (None, []) if check is None else (check.quorum, self._witnessed(check))
-            return self.registry.audit(expected_head.strip() or None, None, since, quorum)
+            return self.registry.audit(None, since, quorum)
         finally:
             self._auditing.release()
 

@@ -252,7 +252,7 @@ def test_a_bundle_with_the_checkpoint_of_another_log_is_refused(grown, witnesses
     true = witnesses.sign(noted(grown, tmp_path / "true")).read_text(encoding="utf-8")
     with open_registry(url_of(grown), create=False) as registry:
         registry.enroll(badge_of("Cy"))
-    made = publish.made_content
-    monkeypatch.setattr(publish, "made_content", lambda checkpoint, *rest: made(true, *rest))
+    made = publish.BundleContent
+    monkeypatch.setattr(publish, "BundleContent", lambda checkpoint, *rest: made(true, *rest))
     _published(grown, tmp_path / "false.bundle")
     assert bundle_code(tmp_path / "false.bundle", witnesses.quorum(3)) == "forked"

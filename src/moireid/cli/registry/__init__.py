@@ -1,7 +1,7 @@
 """`moireid registry`: its commands.
 
 records.py  init, list, show, forget; log, erase; revoke, suspend, reinstate
-checks.py   audit, checkpoint, publish; prove, check-proof
+checks.py   audit, checkpoint, publish
 copies.py   export, import; rotate-key, signer
 """
 

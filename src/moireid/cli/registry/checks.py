@@ -1,7 +1,7 @@
-"""registry audit, checkpoint, publish, prove, check-proof: checks of the registry, and files for others to check.
+"""registry audit, checkpoint, publish: checks of the registry, and files for others to check.
 
 audit checks signatures and log, checkpoint signs their present state, and publish writes a bundle for verifying
-offline.  prove and check-proof show that a badge is in the log to somebody without the registry.
+offline.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, NoReturn
+from typing import TYPE_CHECKING
 
 import click
 
@@ -18,17 +18,13 @@ from moireid.cli.common import (
     REJECT,
     FiniteRange,
     echo,
-    fail,
-    friendly,
-    json_option,
     overwrite_option,
     progress_bar,
     show_json,
 )
-from moireid.cli.registry.records import registry_command, registry_group
+from moireid.cli.registry.records import registry_command
 from moireid.cli.witness_options import quorum_of, quorum_option
 from moireid.errors import SpecError
-from moireid.files import open_regular
 
 if TYPE_CHECKING:
     from moireid.registry import Registry
@@ -44,9 +40,6 @@ def _out_option(what: str) -> Callable[[Callable[..., None]], Callable[..., None
 
 @registry_command("audit")
 @click.option(
-    "--expected-head", metavar="SEQ:HASH", help="The head that an earlier audit printed; the log must still contain it."
-)
-@click.option(
     "--since",
     "kept",
     metavar="FILE",
@@ -57,7 +50,6 @@ def _out_option(what: str) -> Callable[[Callable[..., None]], Callable[..., None
 @quorum_option
 def registry_audit(
     registry: Registry,
-    expected_head: str | None,
     kept: tuple[str, ...],
     witness_keys: tuple[str, ...],
     as_json: bool,
@@ -71,8 +63,6 @@ def registry_audit(
 
     With --witness-key, enough witnesses must have signed one of the checkpoints of --since.
 
-    The head that the audit prints last does the same: note it somewhere else, and give it as --expected-head.
-
     Exit code 0: sound; 1: something is wrong; 2: bad input.
     """
     from moireid.registry.checkpoints.sources import checkpoints_from
@@ -82,7 +72,7 @@ def registry_audit(
         raise SpecError("--witness-key needs what the witnesses signed; add --since FILE")
     with progress_bar("checking the registry") as progress:
         since = [one for source in kept for one in checkpoints_from(source)]
-        seen, shown = registry.audit(expected_head, progress, since, quorum), registry.shown_url
+        seen, shown = registry.audit(progress, since, quorum), registry.shown_url
     if as_json:
         show_json(seen.to_json() | {"registry": shown})
     else:
@@ -182,101 +172,3 @@ def registry_publish(
         show_json(document | {"fingerprint": fingerprint})
     else:
         echo(f"{path}: {made.people} people, counts until {made.expires}, signed by {fingerprint}")
-
-
-#: A proof holds a record without its badge file, and one hash for each doubling of the log.
-LONGEST = 1 << 20
-
-
-@registry_command("prove", overwrite_option)
-@click.argument("claim", metavar="NAME|ID")
-@_out_option("proof")
-def registry_prove(registry: Registry, claim: str, path: Path, overwrite: bool, as_json: bool) -> None:
-    """Prove to others that a badge is in the log.
-
-    The proof holds the newest record of one badge, and leads from it to a checkpoint that is signed now. A person who
-    keeps the checkpoint can show later what the registry said on that day.
-
-    It names the badge's identity, by which the badge can be printed: give it to those only who may know it.
-    """
-    from moireid.files import planned, whole_file
-
-    planned([path], overwrite=overwrite, kept=[registry.file])
-    record = registry.find(claim)
-    proof, fingerprint = registry.prove(record), registry.fingerprint
-    with whole_file(path, private=True) as temporary:
-        temporary.write_text(proof, encoding="utf-8")
-    if as_json:
-        show_json({"file": str(path), "id": record.id, "name": record.name, "fingerprint": fingerprint})
-    else:
-        echo(f"{path}: badge {record.id} of {record.name}, signed by {fingerprint}")
-
-
-@registry_group.command("check-proof")
-@click.argument("path", metavar="FILE", type=click.Path(path_type=Path))
-@click.option(
-    "--trust",
-    metavar="FINGERPRINT",
-    help="The fingerprint of the registry's authority, as its operator gave it to you. Without it, the check does not "
-    "show whose registry it is.",
-)
-@json_option
-@friendly
-def registry_check_proof(path: Path, trust: str | None, as_json: bool) -> None:
-    """Check a proof: was this badge in the log?
-
-    FILE is what `moireid registry prove` wrote. No registry and no network are needed.
-
-    A proof says what was entered. It cannot say that nothing came later, such as a revocation.
-
-    Exit code 0: it holds; 1: it does not; 2: bad input.
-    """
-    from moireid.registry.checkpoints.proof import check_proof
-    from moireid.registry.keys import as_fingerprint
-    from moireid.registry.record import Fault
-
-    wanted = None if trust is None else as_fingerprint(trust)
-    try:
-        with open_regular(path) as stream:
-            text = stream.read(LONGEST).decode("utf-8", errors="replace")
-    except OSError as error:
-        fail(f"proof {path} cannot be read ({error.strerror}); check its name and rights")
-    try:
-        found = check_proof(text, str(path))
-        signed_by = found.checkpoint.fingerprint
-        if wanted is not None and wanted != signed_by:
-            raise Fault("authority", f"it is signed by authority {signed_by}, and not by {wanted}, the trusted one")
-    except Fault as fault:
-        _fail_check(fault.code, fault.text, as_json=as_json)
-    badge = found.record
-    if as_json:
-        state = {"id": badge.id, "name": badge.name, "revoked": _since(badge.revoked_at, badge.revoked_reason)}
-        state |= {"suspended": _since(badge.suspended_at, badge.suspended_reason), "expires": badge.expires}
-        log = {"entry": found.entry, "at": found.at, "size": found.checkpoint.size, "checkpoint": found.checkpoint.date}
-        show_json({"holds": True, "badge": state, "log": log, "fingerprint": signed_by, "trusted": wanted is not None})
-        return
-    words = ""
-    if badge.revoked_at is not None:
-        words = f"; it was revoked on {badge.revoked_at}: {badge.revoked_reason}"
-    elif badge.suspended_at is not None:
-        words = f"; it was suspended on {badge.suspended_at}: {badge.suspended_reason}"
-    if badge.expires is not None:
-        words += f"; it counts until the end of {badge.expires}"
-    echo(f"HOLDS: badge {badge.id} of {badge.name} was in the log on {found.checkpoint.date}{words}")
-    echo(f"  log: entry {found.entry} of {found.checkpoint.size}, made on {found.at}")
-    trusted = "the one that you trust" if wanted else "whose it is, only its operator can say (--trust)"
-    echo(f"  authority: {signed_by}, {trusted}")
-    echo("  What came later, such as a revocation, is not in it.")
-
-
-def _since(at: str | None, reason: str | None) -> dict[str, str | None] | None:
-    return None if at is None else {"at": at, "reason": reason}
-
-
-def _fail_check(code: str, text: str, *, as_json: bool) -> NoReturn:
-    """Say what does not hold, and leave."""
-    if as_json:
-        show_json({"holds": False, "code": code, "text": text})
-    else:
-        echo(f"DOES NOT HOLD: {text}")
-    sys.exit(REJECT)

@@ -66,9 +66,9 @@ def identify_command(
     if bundle_path is not None and registry_url is not None:
         raise SpecError("--bundle replaces --registry; leave one of them out")
     terms = AskingTerms(trust, report_standing, partial(require, witness_check))
-    people = people_of_registry(registry_url, terms) if bundle_path is None else people_of_bundle(bundle_path, terms)
     films = sealed_reader([video], unsealed=unsealed)
-    with films as reader, people as scope, progress_bar("reading the film") as progress:
+    people = people_of_registry(registry_url, terms) if bundle_path is None else people_of_bundle(bundle_path, terms)
+    with people as scope, films as reader, progress_bar("reading the film") as progress:
         document, known = scope.search(video, camera, track, reader, progress)
     if as_json:
         show_json(document)

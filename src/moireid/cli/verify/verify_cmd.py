@@ -177,7 +177,8 @@ def verify_command(
         raise SpecError("--sign reads the film apart from the key, and --unsealed does not; leave one of them out")
     kept = [*wish.files, video, key_file]
     signing = planned_signing(video, key_file, attest_file, timestamp_url, form, overwrite=overwrite, kept=kept)
-    with sealed_reader([video], unsealed=unsealed) as reader, wish.asked() as (found, look_up):
+    films = sealed_reader([video], unsealed=unsealed)
+    with wish.asked() as (found, look_up), films as reader:
         question = replace(
             found,
             camera=camera,

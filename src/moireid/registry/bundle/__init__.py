@@ -1,7 +1,7 @@
 """A trust bundle: what a verifier needs of a registry, in one signed file that any web server can hand out.
 
-bundle_file.py  the file: a signed header with the content's digest, then the content: an SQLite database of people,
-                layouts, revocations and the log's hashes
+bundle_file.py  the file: a signed header with the content's digest, then the content: people with what bars them,
+                layouts, and the log's hashes
 publish.py      write a registry's bundle
 held.py         read a bundle: its checks, and the badge that a claim means
 """

@@ -16,17 +16,17 @@ from os import cpu_count
 from pathlib import Path
 from types import TracebackType
 
-from moireid.asbuilt import as_built_from_json, dated_figures
+from moireid.asbuilt import DatedFigures, as_built_from_json
 from moireid.badge import Badge, badge_from_json
 from moireid.errors import RegistryError
 from moireid.names import claim_text, named_by
 from moireid.provenance import AuthorityKey, BadgeHolder, Provenance
 from moireid.question import Question
-from moireid.registry.bundle.bundle_file import BundleContent, BundlePerson, check_expiry, read_bundle_file
+from moireid.registry.bundle.bundle_file import BundlePerson, check_expiry, read_bundle_file
 from moireid.registry.checkpoints.checkpoint import checkpoint_from
 from moireid.registry.checkpoints.cosignature import Quorum
 from moireid.registry.log import Head, Rotation, authority_keys, linked, rotation_of
-from moireid.registry.look_alikes import by_line, line_alike
+from moireid.registry.look_alikes import by_line, folded_skeleton, line_alike, skeleton
 from moireid.registry.merkle import Tree, leaf_hash
 from moireid.registry.record import Fault
 from moireid.registry.rollback import LogState, standing_of
@@ -100,12 +100,11 @@ class Bundle:
 
     def __init__(self, path: Path | str, trust: str | None = None) -> None:
         self.path = Path(path)
-        header, self.authority, content = read_bundle_file(self.path)
+        header, self.authority, self._content = read_bundle_file(self.path)
         self._head = Head.parse(header.head)
-        self._content = BundleContent(content, self.path)
-        self.opens_soon = self._content.count() <= MOST_SEALS
+        self.opens_soon = len(self._content.people) <= MOST_SEALS
         # Both were signed together; a bundle in which they differ was made by another program.
-        if self.hash_at(self._head.seq) is None:
+        if self._content.hash_at(self._head.seq) is None:
             raise RegistryError(
                 f"bundle {path} cannot be read (its head is not the end of its log); fetch one that this moireid's "
                 "version wrote"
@@ -127,7 +126,7 @@ class Bundle:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self._content.close()
+        del self._content
 
     def claimed(self, claim: str) -> Question:
         """Look up the badge that a claim means.
@@ -149,8 +148,8 @@ class Bundle:
             If it means no one, or several people.
         """
         name = claim_text(claim)
-        found = self._content.named(name)
-        found += [one for first, line in named_by(name) for one in self._content.named(first) if one.line == line]
+        people, pairs = self._content.people, named_by(name)
+        found = [one for one in people if one.name == name or (one.name, one.line) in pairs]
         found = found or self._of_id(claim.lower())
         if len(found) > 1:
             raise RegistryError(
@@ -177,7 +176,7 @@ class Bundle:
         found = self._of(person)
         if claim == person.name or _ID.fullmatch(claim.lower()):
             return found
-        others = [one for one in self._content.named(person.name) if one != person]
+        others = [one for one in self._content.people if one.name == person.name and one != person]
         if line_alike(person.line, [one.line for one in others]):
             raise RegistryError(
                 f"people are named {person.name[:80]!r} with lines that look alike, and a bundle keeps their ids "
@@ -201,7 +200,7 @@ class Bundle:
             None if it is no identity, or no one in the bundle holds such a badge.
         """
         for person in self._of_id(badge_id) if isinstance(badge_id, str) else []:
-            return BadgeHolder(person.name, person.barred(), person.line)
+            return BadgeHolder(person.name, person.state.barred(), person.line)
         return None
 
     def require_witnesses(self, quorum: Quorum) -> dict[str, datetime]:
@@ -227,7 +226,7 @@ class Bundle:
         Witnesses see the log, and not who is in the bundle: for that its authority alone vouches.
         """
         source = f"of bundle {self.path}"
-        checkpoint = checkpoint_from(self._content.checkpoint(), f"the text {source}")
+        checkpoint = checkpoint_from(self._content.checkpoint, f"the text {source}")
         checkpoint.check(self.authority, source)
         if Head(checkpoint.size, checkpoint.root.hex()) != self._head:
             raise RegistryError(
@@ -242,14 +241,10 @@ class Bundle:
         if seen == self._head:
             return True
         tree, before = Tree(), b""
-        for entry in self._content.entry_hashes():
-            tree.add(leaf_hash(entry))
+        for seq in range(1, self._head.seq + 1):
+            tree.add(leaf_hash(self._content.hash_at(seq) or b""))
             before = tree.root() if tree.size == seen.seq else before
         return before.hex() == seen.hash and tree.root().hex() == self._head.hash
-
-    def hash_at(self, seq: int) -> str | None:
-        """The hash of a log entry; None if there is no such entry."""
-        return self._content.hash_at(seq)
 
     def rotations(self) -> list[Rotation]:
         """The changes of the authority's key, as far as they are proven here.
@@ -257,12 +252,12 @@ class Bundle:
         Raises: RegistryError if such an entry is not valid, or is not in this bundle's log.
         """
         try:
-            turned = linked([rotation_of(entry) for entry in self._content.rotations()], self.authority)
-            if any(self.hash_at(one.seq) != one.hash for one in turned):
+            turned = linked([rotation_of(entry) for entry in self._content.rotations], self.authority)
+            if any(self._content.hash_at(one.seq) != bytes.fromhex(one.hash) for one in turned):
                 raise ValueError("a change of key is not in its log")
         except (Fault, ValueError, TypeError, KeyError) as error:
             raise RegistryError(
-                f"bundle {self.path} proves a change of its authority's key wrongly ({error})"
+                f"bundle {self.path} proves a change of its authority's key wrongly ({error}); fetch it again"
             ) from error
         return turned
 
@@ -290,30 +285,31 @@ class Bundle:
             In the bundle's order.
         """
         source = f"a layout of bundle {self.path}"
-        return [badge_from_json(text, source=source) for text in self._content.layouts()]
+        return [badge_from_json(text, source=source) for text in self._content.layouts]
 
     def _of(self, person: BundlePerson) -> Question:
-        badge = badge_from_json(self._content.layout(person.layout), source=f"a layout of bundle {self.path}")
-        as_built = as_built_from_json(person.as_built) if person.as_built else None
-        provenance = Provenance("bundle", alike=self._alike(person.name), standing=self.standing)
+        badge = badge_from_json(self._content.layouts[person.layout], source=f"a layout of bundle {self.path}")
+        sets = [DatedFigures(as_built_from_json(figures), at) for figures, at in person.figures]
+        own = sets.pop() if sets else None
         return Question(
             replace(badge, name=person.name),
             seal=person.seal,
-            as_built=as_built,
-            as_built_at=person.as_built_at,
-            earlier=dated_figures(self._content.earlier(person)),
-            barred=person.barred(),
-            provenance=provenance,
+            as_built=None if own is None else own.as_built,
+            as_built_at=None if own is None else own.at,
+            earlier=tuple(sets),
+            barred=person.state.barred(),
+            provenance=Provenance("bundle", alike=self._alike(person.name), standing=self.standing),
         )
 
     def _of_id(self, badge_id: str) -> list[BundlePerson]:
         if not _ID.fullmatch(badge_id):
             return []
-        people = self._content.everybody()
+        people = self._content.people
         with ThreadPoolExecutor(cpu_count()) as pool:
             opens = pool.map(lambda person: person.seal.holds(badge_id), people, chunksize=64)
             return [person for person, right in zip(people, opens, strict=True) if right]
 
     def _alike(self, name: str) -> tuple[str, ...]:
-        found = [one.name for one in self._content.alike(name) if one.name != name]
-        return tuple(found[:MOST_ALIKE])
+        seen, plain = skeleton(name), folded_skeleton(name)
+        found = [one.name for one in self._content.people if one.skeleton == seen or one.folded == plain]
+        return tuple([one for one in found if one != name][:MOST_ALIKE])

@@ -6,11 +6,11 @@ import os
 import secrets
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import fields, replace
+from dataclasses import fields
 from datetime import timedelta
 from pathlib import Path
-from typing import Any
 
+import msgspec
 from sqlalchemy import Connection
 
 from moireid.badge import Badge
@@ -19,19 +19,18 @@ from moireid.files import planned, whole_file
 from moireid.provenance import Seal
 from moireid.registry.bundle.bundle_file import (
     TIME,
+    BundleContent,
     BundlePerson,
     Header,
-    earlier_without_ids,
-    made_content,
     now,
     read_bundle_file,
-    without_id,
 )
-from moireid.registry.canonical import sha256_hex
+from moireid.registry.canonical import canonical_json, sha256_hex
 from moireid.registry.checkpoints.checkpoint import Checkpoint, sign_checkpoint
 from moireid.registry.engine import sqlite_file
 from moireid.registry.ledger import Ledger, select_rotations
 from moireid.registry.log import Head
+from moireid.registry.look_alikes import folded_skeleton, skeleton
 from moireid.registry.record import BadgeState, Fault, Record
 from moireid.registry.schema import badges, pages, select_records
 
@@ -67,7 +66,7 @@ def publish(
         records, layouts = _records(ledger, connection, specimen, versions)
         turned = [dict(row._mapping) for row in connection.execute(select_rotations())]
     people = _people(records, progress)
-    content = made_content(checkpoint.note, entries, turned, layouts, people)
+    content = msgspec.json.encode(BundleContent(checkpoint.note, b"".join(entries), turned, layouts, people))
     issued = now()
     header = Header(
         key=signer.authority.public_hex,
@@ -117,22 +116,23 @@ def _records(
 
 
 def _bare(record: Record, layout: int) -> BundlePerson:
-    state: dict[str, Any] = {field.name: getattr(record, field.name) for field in fields(BadgeState)}
     return BundlePerson(
         name=record.name,
+        skeleton=skeleton(record.name),
+        folded=folded_skeleton(record.name),
         seal=Seal(b"", b""),
         layout=layout,
-        as_built=without_id(record.as_built),
+        state=BadgeState(**{field.name: getattr(record, field.name) for field in fields(BadgeState)}),
         line=record.line,
-        as_built_at=record.as_built_at,
-        as_built_earlier=earlier_without_ids(record.earlier_figures),
-        **state,
+        figures=[
+            (canonical_json(one["as_built"] | {"badge_id": ""}), one["as_built_at"]) for one in record.figure_sets
+        ],
     )
 
 
 def _sealed(pair: tuple[str, BundlePerson]) -> BundlePerson:
     badge_id, person = pair
-    return replace(person, seal=Seal.of(badge_id, secrets.token_bytes(SALT_BYTES)))
+    return msgspec.structs.replace(person, seal=Seal.of(badge_id, secrets.token_bytes(SALT_BYTES)))
 
 
 def _people(records: Sequence[tuple[str, BundlePerson]], progress: Progress | None) -> list[BundlePerson]:

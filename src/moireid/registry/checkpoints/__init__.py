@@ -5,5 +5,4 @@ checkpoint.py   checkpoints: a log's size and root as a signed note
 cosignature.py  signatures of witnesses on checkpoints, and how many of them a reader asks for
 sources.py      checkpoints from a file, a folder or a web address
 web.py          what is at a web address, with a deadline for the whole
-proof.py        a proof that a record is in the log, for a person without the registry
 """
