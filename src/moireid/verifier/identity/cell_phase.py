@@ -25,7 +25,7 @@ from moireid.verifier import measuring
 from moireid.verifier.fringes.signals import Measurement
 from moireid.verifier.fringes.sinusoid import Complex
 from moireid.verifier.fringes.strip_law import strip_law
-from moireid.verifier.identity.cell_slip import CellSlip, row_slips
+from moireid.verifier.identity.cell_slip import RowMotion, row_motion
 from moireid.verifier.identity.cell_waveform import (
     Moments,
     learn_waveform,
@@ -57,9 +57,7 @@ NEIGHBOUR_PASSES = 2
 class CellPhase:
     """Phase of one cell relative to the uniform rows' field, its standard deviation, and the cell's middle, own mm.
 
-    free_rad: the phase without the constraint to one of the code's places; offset_rad: what was taken off both; moved:
-    mean over frames and samples of the measured change times the change expected of this symbol; power: mean of the
-    expected change squared; slip: how far its fringes are off the rows' field, frame by frame (`CellSlip`).
+    free_rad: the phase without the constraint to one of the code's places; offset_rad: what was taken off both.
     """
 
     phase_rad: float
@@ -68,9 +66,6 @@ class CellPhase:
     across_mm: float
     free_rad: float = math.nan
     offset_rad: float = 0.0
-    moved: float = 0.0
-    power: float = 0.0
-    slip: CellSlip | None = None
 
 
 @dataclass(frozen=True)
@@ -100,20 +95,13 @@ class CellsRead:
     rows: tuple[_Row, ...] = ()
     shape: Complex = field(default_factory=lambda: np.zeros(0, complex))
 
-    def with_motion(self) -> dict[int, CellPhase]:
-        """The cells with what they show of motion."""
-        found = {}
+    def motion(self) -> list[RowMotion]:
+        """What the cells of each row show of motion."""
+        found = []
         for row in self.rows:
-            own = [self.cells[cell] for cell in row.strip.cells]
-            placed, free = (
-                row.ahead_rad + np.array([getattr(one, name) + one.offset_rad for one in own]) @ row.members
-                for name in ("phase_rad", "free_rad")
-            )
-            samples = np.maximum(row.members @ row.sums.count, 1.0)
-            moved, power = (row.members @ part / samples for part in row.sums.change(self.shape, placed))
-            slips = row_slips(row.seen, row.phase + free, self.shape, row.members)
-            for k, cell in enumerate(row.strip.cells):
-                found[cell] = replace(own[k], moved=float(moved[k]), power=float(power[k]), slip=slips[k])
+            own = [self.cells[cell].free_rad + self.cells[cell].offset_rad for cell in row.strip.cells]
+            ahead = row.ahead_rad + np.array(own) @ row.members
+            found.append(row_motion(row.seen, row.phase + ahead, self.shape, row.members))
         return found
 
 
