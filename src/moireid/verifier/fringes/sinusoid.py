@@ -84,7 +84,9 @@ def _fitted(values: NDArray[Any], columns: NDArray[Any]) -> tuple[Array, Array, 
     return solved[..., 0], gram, np.asarray(values - (rows @ solved.astype(values.dtype))[..., 0])
 
 
-def fit_series(values: Array, argument_rad: Array, harmonics: int, *, harmonic_ridge_share: float = 0.0) -> Complex:
+def fit_series(
+    values: NDArray[Any], argument_rad: Array, harmonics: int, *, harmonic_ridge_share: float = 0.0
+) -> Complex:
     """The Fourier series, c_0 to c_H, that fits all samples best (evaluate it with `wave_and_slope`).
 
     Parameters: values, argument_rad of one shape, any; harmonic_ridge_share: of the samples, holds c_2 and up near 0.

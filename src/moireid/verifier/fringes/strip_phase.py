@@ -16,6 +16,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from moireid.verifier.fringes.grating_signal import DepthLaw
 from moireid.verifier.fringes.sinusoid import Fit, fit_columns, fit_rows, fitted_rows
 from moireid.verifier.measuring import COVERED_MISFIT_CONTRASTS, COVERED_MISFIT_RATIO, STRIP_NOISE_RATIO
 from moireid.verifier.picture import CODING_POWER
@@ -78,6 +79,8 @@ class StripPhase:
     covered (T,): where something that is no fringe covers a part of the strip (`covered_frames`), so that its phase
     is unknown; misfit: what fringes leave unexplained in a middling frame, as a share of the contrast; overtone (T,),
     complex: the third harmonic in contrasts, its phase less three times the fundamental's; 0 where it is not fitted.
+    By `all_strips`: predicted_rad (T,): the phase by the law; place_residual_rad: deviation of places along the strip;
+    depth: spacing against distance; still: sums for the grating's map (`place_map.still_shift`), None without fringes.
     """
 
     phase_rad: Array
@@ -89,6 +92,10 @@ class StripPhase:
     covered: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, bool))
     misfit: float = 0.0
     overtone: Complex = field(default_factory=lambda: np.zeros(0, complex))
+    predicted_rad: Array = field(default_factory=lambda: np.zeros(0))
+    place_residual_rad: float = 0.0
+    depth: DepthLaw | None = None
+    still: tuple[Array, Array] | None = None
 
 
 def measure_strip(profiles: Array, law: StripLaw, length_mm: float, band_per_mm: tuple[float, float]) -> StripPhase:

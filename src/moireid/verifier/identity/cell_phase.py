@@ -236,19 +236,16 @@ def uniform_fields(track: Track, measurement: Measurement, grating: int) -> list
     assert code is not None
     _, top, _, bottom = own_rect(badge.gratings[grating].axis, badge.gratings[grating].rect_mm)
     middle = (top + bottom) / 2
-    uniform = [
-        (strip, phase, prediction)
-        for strip, phase, prediction in zip(track.strips, measurement.strips, measurement.predictions_rad, strict=True)
-        if strip.grating == grating and phase is not None and prediction is not None
-    ]
-    apart = np.array([phase.phase_rad - prediction for _, phase, prediction in uniform])
-    weight = np.array([1 / np.maximum(phase.phase_sd_rad, 1e-3) ** 2 for _, phase, _ in uniform])
-    across = np.array([strip.across_mm - middle for strip, _, _ in uniform])
-    reference = [k for k, (strip, _, _) in enumerate(uniform) if code.roles[strip.cells[0]] == "reference"]
-    frequency = float(np.mean([uniform[k][1].frequency_per_mm for k in reference]))
+    both = zip(track.strips, measurement.strips, strict=True)
+    uniform = [(strip, seen) for strip, seen in both if strip.grating == grating and seen is not None]
+    rows = [seen for _, seen in uniform]
+    apart = np.array([row.phase_rad - row.predicted_rad for row in rows])
+    weight = np.array([1 / np.maximum(row.phase_sd_rad, 1e-3) ** 2 for row in rows])
+    across = np.array([strip.across_mm - middle for strip, _ in uniform])
+    reference = [row for strip, row in uniform if code.roles[strip.cells[0]] == "reference"]
+    frequency = float(np.mean([row.frequency_per_mm for row in reference]))
     share = weight / np.maximum(weight.sum(axis=0), 1e-12)
-    level = (share * np.array([phase.level for _, phase, _ in uniform])).sum(axis=0)
-    contrast = (share * np.array([phase.contrast for _, phase, _ in uniform])).sum(axis=0)
+    level, contrast = ((share * np.array([getattr(row, n) for row in rows])).sum(axis=0) for n in ("level", "contrast"))
     fields = []
     for twist in _twists(apart, across, weight, 2 * math.pi / badge.lens.pitch_mm):
         clock = np.angle((weight * np.exp(1j * (apart - twist * across[:, None]))).sum(axis=0))
