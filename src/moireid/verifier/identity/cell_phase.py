@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from moireid.badge import Badge, Grating
 from moireid.frames import own_rect
+from moireid.idcodes.family import CellReading
 from moireid.idcodes.spacing import PHASE_LEVELS, nearest_place
 from moireid.layers import is_smooth
 from moireid.verifier import measuring
@@ -54,21 +55,6 @@ NEIGHBOUR_PASSES = 2
 
 
 @dataclass(frozen=True)
-class CellPhase:
-    """Phase of one cell relative to the uniform rows' field, its standard deviation, and the cell's middle, own mm.
-
-    free_rad: the phase without the constraint to one of the code's places; offset_rad: what was taken off both.
-    """
-
-    phase_rad: float
-    phase_sd_rad: float
-    along_mm: float
-    across_mm: float
-    free_rad: float = math.nan
-    offset_rad: float = 0.0
-
-
-@dataclass(frozen=True)
 class Field:
     """The uniform rows' field of one grating.
 
@@ -89,20 +75,23 @@ class Field:
 
 @dataclass(frozen=True)
 class CellsRead:
-    """The phase cells of a grating as read under one field, by cell, and what their motion is measured from."""
+    """The phase cells of a grating as read under one field, by cell, and what their motion is measured from.
 
-    cells: dict[int, CellPhase]
+    ahead_rad: how far the fringes of each cell are ahead of the field, in the order of the rows.
+    """
+
+    cells: dict[int, CellReading]
+    ahead_rad: Array = field(default_factory=lambda: np.zeros(0))
     rows: tuple[_Row, ...] = ()
     shape: Complex = field(default_factory=lambda: np.zeros(0, complex))
 
     def motion(self) -> list[RowMotion]:
         """What the cells of each row show of motion."""
-        found = []
-        for row in self.rows:
-            own = [self.cells[cell].free_rad + self.cells[cell].offset_rad for cell in row.strip.cells]
-            ahead = row.ahead_rad + np.array(own) @ row.members
-            found.append(row_motion(row.seen, row.phase + ahead, self.shape, row.members))
-        return found
+        own = np.split(self.ahead_rad, np.cumsum([len(row.members) for row in self.rows], dtype=int)[:-1])
+        return [
+            row_motion(row.seen, row.phase + row.ahead_rad + ahead @ row.members, self.shape, row.members)
+            for row, ahead in zip(self.rows, own, strict=False)
+        ]
 
 
 def read_cells(track: Track, measurement: Measurement, grating: int, field: Field) -> CellsRead:
@@ -128,7 +117,7 @@ def read_cells(track: Track, measurement: Measurement, grating: int, field: Fiel
         phase = _field_phase(badge, strip, measurement, field, frames)
         members = _members(own, strip, rims)
         rows.append(_Row(strip, seen, phase, moments(seen, phase), members, np.zeros(phase.shape[1])))
-    cells = _placed(rows, shape, field, own)
+    cells, ahead_rad = _placed(rows, shape, field, own)
     if is_smooth(own):
         steps = beat_steps(track, measurement, grating)
         before: dict[int, int] = {}
@@ -138,8 +127,8 @@ def read_cells(track: Track, measurement: Measurement, grating: int, field: Fiel
                 break
             ahead, before = ahead_of_own_lines(track, grating, places, steps), places
             rows = [_with_neighbours(own, row, ahead) for row in rows]
-            cells = _placed(rows, shape, field, own)
-    return CellsRead(cells, tuple(rows), shape)
+            cells, ahead_rad = _placed(rows, shape, field, own)
+    return CellsRead(cells, ahead_rad, tuple(rows), shape)
 
 
 @dataclass(frozen=True)
@@ -167,32 +156,23 @@ def _with_neighbours(own: Grating, row: _Row, ahead: dict[int, Array]) -> _Row:
     return replace(row, members=members, ahead_rad=(members * [ahead[cell] for cell in row.strip.cells]).sum(axis=0))
 
 
-def _placed(rows: Sequence[_Row], shape: Complex, field: Field, grating: Grating) -> dict[int, CellPhase]:
-    """Each cell by itself, then on one of the code's places, less a plane of phase."""
+def _placed(
+    rows: Sequence[_Row], shape: Complex, field: Field, grating: Grating
+) -> tuple[dict[int, CellReading], Array]:
+    """Each cell on one of the code's places, less a plane of phase; and all by themselves, as `CellsRead.ahead_rad`."""
     costs = np.concatenate(
         [match_cost(row.sums.of_cells(row.members, row.ahead_rad), shape, measuring.CELL_NOISE_RATIO) for row in rows]
     )
-    found: dict[int, CellPhase] = {}
-    phases = iter(zip(*(part.tolist() for part in match_phase(costs)), strict=True))
-    for row in rows:
-        along = row.members @ row.strip.along_mm / np.maximum(row.members.sum(axis=1), 1.0)
-        for cell, middle, (value, sd) in zip(row.strip.cells, along.tolist(), phases, strict=False):
-            found[cell] = CellPhase(value, math.hypot(sd, measuring.CELL_FLOOR_RAD), middle, row.strip.across_mm)
+    ahead, sd = match_phase(costs)
+    along = [row.members @ row.strip.along_mm / np.maximum(row.members.sum(axis=1), 1.0) for row in rows]
+    across = np.repeat([row.strip.across_mm - field.middle_mm for row in rows], [len(part) for part in along])
     levels = (grating.code.phase_levels if grating.code else None) or PHASE_LEVELS
-    offsets = _offsets(found, field, levels)
-    placed = zip(
-        *(part.tolist() for part in match_symbol(costs, np.array(list(offsets.values())), levels)), strict=True
-    )
-    return {
-        cell: replace(
-            found[cell],
-            phase_rad=value,
-            phase_sd_rad=math.hypot(sd, measuring.CELL_FLOOR_RAD),
-            free_rad=math.remainder(found[cell].phase_rad - offset, 2 * math.pi),
-            offset_rad=offset,
-        )
-        for (cell, offset), (value, sd) in zip(offsets.items(), placed, strict=True)
-    }
+    offset = _offsets(ahead, np.hypot(sd, measuring.CELL_FLOOR_RAD), np.concatenate(along), across, levels)
+    placed, placed_sd = match_symbol(costs, offset, levels)
+    free = [math.remainder(phase, 2 * math.pi) for phase in ahead - offset]
+    figures = zip(placed.tolist(), np.hypot(placed_sd, measuring.CELL_FLOOR_RAD).tolist(), free, strict=True)
+    cells = [cell for row in rows for cell in row.strip.cells]
+    return {cell: CellReading(math.nan, math.inf, *own) for cell, own in zip(cells, figures, strict=True)}, ahead
 
 
 def _field_phase(
@@ -295,23 +275,18 @@ def _samples_of(own: Grating, strip: Strip, cell: int, rim_mm: float) -> NDArray
     return np.asarray((strip.along_mm >= low + margin) & (strip.along_mm <= high - margin))
 
 
-def _offsets(found: dict[int, CellPhase], field: Field, levels: int) -> dict[int, float]:
+def _offsets(phase: Array, sd: Array, along: Array, across: Array, levels: int) -> Array:
     """Remaining error of offset, twist and beat at each cell: a plane through the distances to the nearest symbol."""
-    cells = list(found.values())
-    along = np.array([cell.along_mm for cell in cells])
-    place = np.column_stack([np.ones(len(cells)), along - along.mean(), [c.across_mm - field.middle_mm for c in cells]])
-    phase = np.array([cell.phase_rad for cell in cells])
-    weight = 1 / np.array([cell.phase_sd_rad for cell in cells])
-    weight[~np.isfinite(weight)] = 0.0
+    place = np.column_stack([np.ones(len(phase)), along - along.mean(), across])
     step = 2 * math.pi / levels
-    offset = np.zeros(len(cells))
+    offset = np.zeros(len(phase))
     for _ in range(3):
-        apart = phase - step * np.round(phase / step)
+        apart = phase - offset
+        apart = apart - step * np.round(apart / step)
         # A distance beyond a third of a step may belong to the next symbol, so it is left out.
-        use = weight * (np.abs(apart) < step / 3)
+        use = (np.abs(apart) < step / 3) / sd
         if np.count_nonzero(use) < 8:
             break
         plane, *_ = np.linalg.lstsq(place * use[:, None], apart * use, rcond=None)
-        phase = phase - place @ plane
         offset = offset + place @ plane
-    return dict(zip(found, offset.tolist(), strict=True))
+    return offset

@@ -15,7 +15,7 @@ from moireid.optics import beat_period_mm
 from moireid.provenance import Seal
 from moireid.verifier import limits, measuring
 from moireid.verifier.fringes.signals import Measurement
-from moireid.verifier.identity.cell_phase import CellPhase, CellsRead, Field, read_cells, uniform_fields
+from moireid.verifier.identity.cell_phase import CellsRead, Field, read_cells, uniform_fields
 from moireid.verifier.identity.cell_slip import TOGETHER, CellMotion, RowsApart, cell_motion_of, greatest, rows_apart
 from moireid.verifier.identity.page_scale import page_scale
 from moireid.verifier.reasons import Level, Reason, json_number
@@ -236,7 +236,7 @@ def _compare(
 
 
 def _cell_readings(
-    track: Track, measurement: Measurement, index: int, shifted: dict[int, CellPhase]
+    track: Track, measurement: Measurement, index: int, shifted: dict[int, CellReading]
 ) -> list[CellReading]:
     """One reading per cell of a grating; the strips of a uniform cell are averaged, weighted by their error bars.
 
@@ -247,8 +247,7 @@ def _cell_readings(
     readings = []
     for cell in range(len(track.badge.gratings[index].cells)):
         if cell in shifted:
-            seen = shifted[cell]
-            readings.append(CellReading(math.nan, math.inf, seen.phase_rad, seen.phase_sd_rad, seen.free_rad))
+            readings.append(shifted[cell])
             continue
         own = [
             phase
