@@ -33,8 +33,6 @@ Single = NDArray[np.float32]
 Complex = NDArray[np.complex128]
 #: A ridge of this share of the samples keeps the equations solvable if columns alias onto one another.
 RIDGE_SHARE = 1e-9
-#: Samples whose columns are in memory at a time.
-PIECE_SAMPLES = 65536
 
 
 @dataclass(frozen=True)
@@ -92,16 +90,11 @@ def fit_series(
     Parameters: values, argument_rad of one shape, any; harmonic_ridge_share: of the samples, holds c_2 and up near 0.
     Convention and source: module docstring; c_0 is real, the mean level.
     """
-    angle, flat = argument_rad.ravel(), values.ravel()
-    unknowns = 2 * harmonics + 1
-    gram, right = np.zeros((unknowns, unknowns)), np.zeros(unknowns)
-    for start in range(0, len(flat), PIECE_SAMPLES):
-        some = slice(start, start + PIECE_SAMPLES)
-        columns = fit_columns(angle[some], harmonics, np.ones((1, len(angle[some]))))
-        gram += columns @ columns.T
-        right += columns @ flat[some]
-    gram[range(3, unknowns), range(3, unknowns)] += harmonic_ridge_share * len(flat)
-    solved = _solve(gram, right[:, None], len(flat))[:, 0]
+    flat = values.ravel()
+    columns = fit_columns(argument_rad.ravel(), harmonics, np.ones((1, 1)))
+    gram, held = columns @ columns.T, range(3, len(columns))
+    gram[held, held] += harmonic_ridge_share * len(flat)
+    solved = _solve(gram, (columns @ flat)[:, None], len(flat))[:, 0]
     return np.concatenate([solved[:1].astype(complex), solved[1::2] - 1j * solved[2::2]])
 
 

@@ -65,8 +65,6 @@ REFINE_FRAMES = 64
 BLOCKS = 4
 #: Most steps of the refinement, and the share of its reach below which a step is the last: the next one is far shorter.
 REFINE_STEPS, REFINED_SHARE = 8, 0.003
-#: Frames fitted at a time.
-PIECE_FRAMES = 512
 #: A hand's soft edge is before the strip so many frames longer than it shows.
 COVERED_EDGE_FRAMES = 2
 
@@ -131,23 +129,16 @@ def measure_strip(profiles: Array, law: StripLaw, length_mm: float, band_per_mm:
     ]
     spread = float(np.std(apart, ddof=1) / np.sqrt(len(apart))) if len(apart) > 1 else np.inf
     harmonics = harmonics_of(frequency, length_mm)
-    # In pieces, because the columns of the fit take some twenty times the memory of the profiles.
-    pieces = [
-        _fit(profiles[some], law.part(some).phase_rad(frequency), harmonics)
-        for some in np.array_split(np.arange(len(profiles)), -(-len(profiles) // PIECE_FRAMES))
-    ]
-    fringe = np.concatenate([piece.harmonics[:, 0] for piece in pieces])
-    variance = np.concatenate([piece.fundamental_variance() for piece in pieces])
-    level = np.concatenate([piece.background[:, 0] for piece in pieces])
+    fit = fit_rows(profiles, law.phase_rad(frequency), harmonics, level_and_slope(profiles.shape[1]))
+    fringe, level = fit.harmonics[:, 0], fit.background[:, 0]
     contrast = np.abs(fringe)
     with np.errstate(divide="ignore", invalid="ignore"):
-        sd = STRIP_NOISE_RATIO * np.sqrt(variance) / contrast
-    misfit = np.sqrt(np.concatenate([piece.left for piece in pieces]) / profiles.shape[1])
+        sd = STRIP_NOISE_RATIO * np.sqrt(fit.fundamental_variance()) / contrast
+    misfit = np.sqrt(fit.left / profiles.shape[1])
     covered = covered_frames(misfit, contrast)
     sd = np.where(covered, np.inf, np.nan_to_num(sd, nan=np.inf))
     usual = float(np.median(misfit) / max(np.median(contrast), 1e-9))
-    overtone = np.concatenate([_overtone(piece) for piece in pieces])
-    return StripPhase(np.angle(fringe), sd, contrast, level, frequency, spread, covered, usual, overtone)
+    return StripPhase(np.angle(fringe), sd, contrast, level, frequency, spread, covered, usual, _overtone(fit))
 
 
 def _overtone(fit: Fit) -> Complex:
@@ -245,8 +236,3 @@ def _refine(profiles: Array, law: StripLaw, start: float, reach: float, most: in
         if abs(place - before) <= REFINED_SHARE * reach:
             break
     return place
-
-
-def _fit(profiles: Array, phase_rad: Array, harmonics: int) -> Fit:
-    """Fit each profile (T, N) with fringes on a level and a slope."""
-    return fit_rows(profiles, phase_rad, harmonics, level_and_slope(profiles.shape[1]))

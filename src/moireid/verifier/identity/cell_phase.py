@@ -147,7 +147,12 @@ class _Row:
 
 def _members(own: Grating, strip: Strip, rims_mm: Sequence[float]) -> Array:
     """As in `_Row`; rims_mm: by cell, what is left out at its ends at least."""
-    return np.array([_samples_of(own, strip, cell, rims_mm[cell]) for cell in strip.cells], float)
+    found = []
+    for cell in strip.cells:
+        low, _, high, _ = own_rect(own.axis, own.cells[cell].rect_mm)
+        margin = max(min(MARGIN_MM, 0.2 * (high - low)), rims_mm[cell])
+        found.append((strip.along_mm >= low + margin) & (strip.along_mm <= high - margin))
+    return np.array(found, float)
 
 
 def _with_neighbours(own: Grating, row: _Row, ahead: dict[int, Array]) -> _Row:
@@ -266,13 +271,6 @@ def _near_best(agreement: Array) -> list[int]:
     padded = np.concatenate([[-1.0], agreement, [-1.0]])
     peaks = np.flatnonzero((agreement >= padded[:-2]) & (agreement > padded[2:]))
     return [int(k) for k in peaks if agreement[k] >= agreement.max() - measuring.DOUBTFUL_AGREEMENT_SHARE]
-
-
-def _samples_of(own: Grating, strip: Strip, cell: int, rim_mm: float) -> NDArray[np.bool_]:
-    """Samples of a strip that show a cell, without its rim."""
-    low, _, high, _ = own_rect(own.axis, own.cells[cell].rect_mm)
-    margin = max(min(MARGIN_MM, 0.2 * (high - low)), rim_mm)
-    return np.asarray((strip.along_mm >= low + margin) & (strip.along_mm <= high - margin))
 
 
 def _offsets(phase: Array, sd: Array, along: Array, across: Array, levels: int) -> Array:
