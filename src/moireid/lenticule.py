@@ -154,7 +154,7 @@ def _near(place: Array, last: int) -> tuple[NDArray[np.int64], tuple[Array, ...]
 
 @dataclass(frozen=True)
 class ViewLaw:
-    """Tabulated phase of one front layer over lines of one pitch, against the view tangents.
+    """Tabulated phase and contrast of one front layer over lines of one pitch, against the view tangents.
 
     Convention: as `view_response`.  Beyond `MAX_TANGENT` the value at the table's edge is used.
     """
@@ -162,16 +162,15 @@ class ViewLaw:
     tan_x: Array
     tan_y: Array
     phase: Array
+    contrast: Array
 
     def phase_rad(self, tan_x: ArrayLike, tan_y: ArrayLike = 0.0) -> Array:
-        """Unwrapped phase added by the view; inputs broadcast together; rad.
+        """Unwrapped phase added by the view; inputs broadcast together; rad."""
+        return self._look_up(self._phase_bumps, tan_x, tan_y)
 
-        The table is even in tan_y, so only the magnitude is used.
-        """
-        x, y = np.asarray(tan_x, float), np.abs(np.asarray(tan_y, float))
-        row = (np.clip(x, self.tan_x[0], self.tan_x[-1]) - self.tan_x[0]) / (self.tan_x[1] - self.tan_x[0])
-        column = np.clip(y, 0.0, self.tan_y[-1]) / (self.tan_y[1] - self.tan_y[0])
-        return between_bumps(self._phase_bumps, row, column)
+    def contrast_kept(self, tan_x: ArrayLike, tan_y: ArrayLike = 0.0) -> Array:
+        """|H|, 0 to 1; inputs broadcast together."""
+        return self._look_up(self._contrast_bumps, tan_x, tan_y)
 
     def effective_gap_mm(self, rear_pitch_mm: float) -> float:
         """Slope of the law near the axis as a length: phase = 2 pi g_eff tan_x / p_r.  Fitted over +-0.05."""
@@ -181,6 +180,17 @@ class ViewLaw:
     @cached_property
     def _phase_bumps(self) -> Array:
         return bumps_of(self.phase)
+
+    @cached_property
+    def _contrast_bumps(self) -> Array:
+        return bumps_of(self.contrast)
+
+    def _look_up(self, bumps: Array, tan_x: ArrayLike, tan_y: ArrayLike) -> Array:
+        """Cubic look-up; the table is even in tan_y, so only the magnitude is used."""
+        x, y = np.asarray(tan_x, float), np.abs(np.asarray(tan_y, float))
+        row = (np.clip(x, self.tan_x[0], self.tan_x[-1]) - self.tan_x[0]) / (self.tan_x[1] - self.tan_x[0])
+        column = np.clip(y, 0.0, self.tan_y[-1]) / (self.tan_y[1] - self.tan_y[0])
+        return between_bumps(bumps, row, column)
 
 
 #: Laws that this process has traced or received; the oldest are dropped first.
@@ -225,5 +235,6 @@ def trace_law(lens: Lens, rear_pitch_mm: float) -> ViewLaw:
     phase = np.unwrap(angle, axis=0)
     odd = phase[1:] - phase[0]
     phase = np.vstack([phase[0] - odd[::-1], phase])
+    contrast = np.abs(np.vstack([response[:0:-1], response]))
     tan_x = np.linspace(-MAX_TANGENT, MAX_TANGENT, 161)
-    return ViewLaw(tan_x, tan_y, phase)
+    return ViewLaw(tan_x, tan_y, phase, contrast)

@@ -47,12 +47,26 @@ def clear_mm(own_mm: float, other_mm: float) -> float:
     return max(CLEAR_SHARE * (own_mm + other_mm) - other_mm, 0.0)
 
 
+def cell_rows(grating: Grating) -> list[tuple[int, ...]]:
+    """Indices of the cells in rows with the same extent along the lines, each from low to high along the axis.
+
+    Convention: in the order of their first cells; a cell without a code, or a uniform one, is a row by itself.
+    """
+    roles = grating.code.roles if grating.code else ("reference",) * len(grating.cells)
+    rows: dict[tuple[float, float, int], list[int]] = {}
+    for index, (cell, role) in enumerate(zip(grating.cells, roles, strict=True)):
+        own = -1 if role == "phase" else index
+        _, top, _, bottom = own_rect(grating.axis, cell.rect_mm)
+        rows.setdefault((round(top, 4), round(bottom, 4), own), []).append(index)
+    return [
+        tuple(sorted(row, key=lambda k: own_rect(grating.axis, grating.cells[k].rect_mm)[0])) for row in rows.values()
+    ]
+
+
 def rows_of(grating: Grating) -> list[list[Cell]]:
-    """The cells by rows, each from low to high along the axis, the rows from low to high along the lines."""
-    rows: dict[float, list[Cell]] = {}
-    for cell in grating.cells:
-        rows.setdefault(round(own_rect(grating.axis, cell.rect_mm)[1], 4), []).append(cell)
-    return [sorted(rows[low], key=lambda cell: own_rect(grating.axis, cell.rect_mm)[0]) for low in sorted(rows)]
+    """The cells by rows, as `cell_rows`, the rows from low to high along the lines."""
+    rows = [[grating.cells[k] for k in row] for row in cell_rows(grating)]
+    return sorted(rows, key=lambda row: own_rect(grating.axis, row[0].rect_mm)[1])
 
 
 @lru_cache(maxsize=64)

@@ -5,7 +5,7 @@ Convention: a piece's rectangle is the room that it has; words are set within it
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from moireid.artwork.backgrounds import background_rects, border_rects
@@ -13,7 +13,7 @@ from moireid.artwork.clear import BLEED_MM, LEAST_MM, areas_of, check_clear, ove
 from moireid.artwork.colours import INK, PAPER, Colour, letters_on, readable, tint
 from moireid.artwork.content import Artwork, lines_of
 from moireid.artwork.pictures import QUIET_MODULES, modules_of
-from moireid.artwork.template import TEMPLATES, BadgeTemplate, Place, Side, template_named
+from moireid.artwork.template import BadgeTemplate, Place, Side
 from moireid.badge import Badge, CodedFrame, Rect
 from moireid.errors import SpecError
 
@@ -281,7 +281,7 @@ def unworn(badge: Badge, look: Look) -> list[str]:
     """A sentence for each picture, line or colour that was given and is not shown, and for a missing name or id."""
     shown, template = shown_pieces(badge, look), f"the template {look.template.name}"
     notes = [
-        f"{template} shows no {what}, so it is left out{_instead(badge, look, what)}"
+        f"{template} shows no {what}, so it is left out"
         for what in _PICTURES
         if look.shows(badge, what) and what not in shown
     ]
@@ -308,14 +308,3 @@ def shown_pieces(badge: Badge, look: Look) -> set[str]:
     accent = accent or any(place.ground in ("accent", "tint") or place.rule != "none" for place in places)
     accent = accent or side.background != "none" or side.border != "none"
     return shown | ({"colour"} if accent else set())
-
-
-def _instead(badge: Badge, look: Look, what: str) -> str:
-    """Which templates that come with the program would show it on this board."""
-    able = [
-        name
-        for name in TEMPLATES
-        if name != look.template.name and what in shown_pieces(badge, replace(look, template=template_named(name)))
-    ]
-    names = " and ".join([", ".join(able[:-1]), able[-1]] if len(able) > 1 else able)
-    return f"; {names} {'show' if len(able) > 1 else 'shows'} one" if able else ""

@@ -6,14 +6,11 @@ import numpy as np
 import pytest
 
 from moireid.verifier.fringes.sinusoid import (
-    PIECE_SAMPLES,
     fit_columns,
     fit_rows,
     fit_series,
-    fit_together,
     fitted_rows,
-    series,
-    slope_of,
+    wave_and_slope,
 )
 
 SAMPLES = 200
@@ -96,13 +93,12 @@ def test_a_row_without_anything_is_no_error():
     assert np.isfinite(found.harmonics).all() and np.isfinite(found.fundamental_variance()).all()
 
 
-def test_one_series_for_a_film_in_pieces():
-    """Catches: the samples of one piece only; a level in the fundamental; a last piece that is cut off."""
-    argument = np.linspace(0, 90, PIECE_SAMPLES + 1000)
+def test_one_series_for_a_film():
+    """Catches: a level in the fundamental; harmonics in a wrong order."""
+    argument = np.linspace(0, 90, 5000)
     found = fit_series(11.0 + wave(argument), argument, 4)
     expected = [11.0, *(size * np.exp(1j * phase) for size, phase in WAVE), 0.0]
     assert found == pytest.approx(np.array(expected), abs=1e-5)
-    assert series(found, argument[:50]) == pytest.approx(11.0 + wave(argument[:50]), abs=1e-5)
 
 
 def test_a_ridge_holds_the_harmonics_and_not_the_fundamental():
@@ -113,24 +109,15 @@ def test_a_ridge_holds_the_harmonics_and_not_the_fundamental():
     assert held[2:] == pytest.approx(free[2:] / 1.2, abs=1e-6)
 
 
-def test_all_samples_together_fit_the_columns_that_are_used():
-    """Catches: a coefficient for a column that is left out, single precision that is felt, a sum of one row only."""
-    argument = arguments()
-    columns = np.moveaxis(fit_columns(argument.astype(np.float32), 3, BACKGROUND), 1, 0).reshape(8, -1)
-    values = (11.0 + wave(argument)).ravel()
-    found = fit_together(columns, values.astype(np.float32), np.arange(8) != 1)
-    expected = [np.exp(1j * phase) * size for size, phase in WAVE]
-    assert found[0] == pytest.approx(11.0, abs=1e-4) and found[1] == 0.0
-    assert found[2::2] - 1j * found[3::2] == pytest.approx(np.array(expected), abs=1e-4)
-
-
-def test_the_slope_is_the_derivative():
-    """Catches: a slope in other units than per rad, of the wrong sign, or one of the background."""
+def test_a_wave_and_its_slope_are_those_of_the_series():
+    """Catches: a slope in other units than per rad, or of the wrong sign; a level in the wave."""
     argument, step = np.linspace(0.1, 6, SAMPLES), 1e-5
-    coefficients = np.array([3.0, 5.0, 2.0, -1.0, -0.4, 0.3])
+    found = fit_series(11.0 + wave(arguments()), arguments(), 3)
 
-    def fringes(turned: np.ndarray) -> np.ndarray:
-        return coefficients[2:] @ fit_columns(turned, 2, BACKGROUND)[2:]
+    def shown(turned: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        return wave_and_slope(found, fit_columns(turned, 3, np.zeros((0, 1))))
 
-    told = (fringes(argument + step) - fringes(argument - step)) / (2 * step)
-    assert slope_of(coefficients) @ fit_columns(argument, 2, BACKGROUND) == pytest.approx(told, abs=1e-8)
+    fringe, slope = shown(argument)
+    assert fringe == pytest.approx(wave(argument), abs=1e-5)
+    apart = shown(argument + step)[0] - shown(argument - step)[0]
+    assert slope == pytest.approx(apart / (2 * step), abs=1e-6)

@@ -9,7 +9,15 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
 
-from moireid.verifier.fringes.strip_phase import StripLaw, StripPhase, _fit, _refine, covered_frames, measure_strip
+from moireid.verifier.fringes.sinusoid import fit_rows
+from moireid.verifier.fringes.strip_phase import (
+    StripLaw,
+    StripPhase,
+    _refine,
+    covered_frames,
+    level_and_slope,
+    measure_strip,
+)
 
 LENGTH_MM = 76.0
 SAMPLES = 152
@@ -178,7 +186,8 @@ def test_the_frequency_is_where_the_fringes_fit_best(rng, off):
     profiles, law = fringes(wandering(rng)) + noise, straight()
 
     def misfit(frequency: float) -> float:
-        return float(_fit(profiles, law.phase_rad(frequency), 1).left.sum())
+        background = level_and_slope(profiles.shape[1])
+        return float(fit_rows(profiles, law.phase_rad(frequency), 1, background).left.sum())
 
     best = minimize_scalar(misfit, bounds=(BEAT - reach, BEAT + reach), method="bounded", options={"xatol": 1e-9}).x
     assert _refine(profiles, law, best + off * reach, reach, FRAMES) == pytest.approx(best, abs=1e-3 * reach)

@@ -38,8 +38,8 @@ def combined(badge: Badge, hidden: slice, seed: int, *, noise: float = 0.01, gai
         phase, sd = gain * COURSE + strip + noise * rng.standard_normal(FRAMES), np.full(FRAMES, noise)
         phase[hidden], sd[hidden] = rng.uniform(-np.pi, np.pi, len(phase[hidden])), 5.0
         even = np.ones(FRAMES)
-        strips.append(StripPhase(np.angle(np.exp(1j * phase)), sd, even, even, 0.1, 0.001))
-    return _combine(strips, [COURSE] * 4, 0.005, badge, badge.gratings[0], TIMES, np.zeros(FRAMES, np.int64))
+        strips.append(StripPhase(np.angle(np.exp(1j * phase)), sd, even, even, 0.1, 0.001, predicted_rad=COURSE))
+    return _combine(strips, 0.005, badge, badge.gratings[0], TIMES, np.zeros(FRAMES, np.int64))
 
 
 @pytest.mark.parametrize("hidden", [slice(100, 103), slice(100, 130), slice(0, 40), slice(200, 240)])

@@ -5,21 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from moireid.verifier.identity.cell_motion import CellMotion, cell_motion_of
-from moireid.verifier.identity.cell_phase import CellPhase
+from moireid.verifier.identity.cell_slip import CellMotion, RowMotion, cell_motion_of
 
 ROWS, CELLS = 8, 15
+NONE = np.zeros((0, 0))
 
 
-def motion_of(ratio: np.ndarray, power: np.ndarray | None = None) -> CellMotion:
+def motion_of(ratio: np.ndarray, expected: np.ndarray | None = None) -> CellMotion:
     """That of cells (rows, cells) that move by so much of the law."""
-    power = np.ones(ratio.shape) if power is None else power
-    cells = [
-        CellPhase(0.0, 0.1, 0.0, float(row), moved=float(part * own), power=float(own))
-        for row, (parts, owns) in enumerate(zip(ratio, power, strict=True))
-        for part, own in zip(parts, owns, strict=True)
-    ]
-    found = cell_motion_of([cells])
+    expected = np.ones(ratio.shape) if expected is None else expected
+    found = cell_motion_of([RowMotion(NONE, NONE, own * part, own) for part, own in zip(ratio, expected, strict=True)])
     assert found is not None
     return found
 
@@ -48,12 +43,12 @@ def test_a_hand_over_a_third_of_the_cells_changes_the_typical_one_little(rng):
 
 def test_cells_of_which_little_is_expected_count_little():
     """Catches: noise over no expected change counted as a cell's motion."""
-    ratio, power = np.ones((ROWS, CELLS)), np.ones((ROWS, CELLS))
-    ratio[:, ::2], power[:, ::2] = 9.0, 1e-3
-    assert motion_of(ratio, power).typical == pytest.approx(1.0, abs=0.01)
+    ratio, expected = np.ones((ROWS, CELLS)), np.ones((ROWS, CELLS))
+    ratio[:, ::2], expected[:, ::2] = 9.0, 1e-3
+    assert motion_of(ratio, expected).typical == pytest.approx(1.0, abs=0.01)
 
 
 def test_where_the_rows_hardly_move_nothing_is_found():
     """Catches: a ratio of nothing to nothing."""
-    assert cell_motion_of([[CellPhase(0.0, 0.1, 0.0, 0.0, moved=1e-6, power=1e-6)]]) is None
+    assert cell_motion_of([RowMotion(NONE, NONE, np.full(1, 1e-6), np.full(1, 1e-6))]) is None
     assert cell_motion_of([]) is None

@@ -10,17 +10,17 @@ import pytest
 from numpy.typing import NDArray
 
 from moireid.verifier.decision.findings import rows_agree
-from moireid.verifier.identity.cell_slip import CellSlip, RowsApart, rows_apart
+from moireid.verifier.identity.cell_slip import RowMotion, RowsApart, rows_apart
 
 Array = NDArray[np.float64]
 TIMES = np.arange(240) / 30
 CELLS = 34
 
 
-def row(rng: np.random.Generator, motion: Array, noise_rad: float) -> list[CellSlip]:
+def row(rng: np.random.Generator, motion: Array, noise_rad: float) -> RowMotion:
     """Cells that all slip by `motion` (F,), each with noise of its own in every frame."""
-    power = np.full(len(TIMES), 1.0)
-    return [CellSlip((motion + rng.normal(0, noise_rad, len(TIMES))) * power, power) for _ in range(CELLS)]
+    along = motion + rng.normal(0, noise_rad, (CELLS, len(TIMES)))
+    return RowMotion(along, np.ones_like(along), np.ones(CELLS), np.ones(CELLS))
 
 
 def level(apart: RowsApart, excitation_rad: float = 1.5) -> str:
@@ -54,11 +54,11 @@ def test_neighbours_that_move_in_opposite_ways_are_not_accepted(rng: np.random.G
     """Catches: deviations that cancel in a row's mean."""
     motion = 0.6 * np.sin(2 * np.pi * TIMES / 4)
     cells = row(rng, motion, 0.5)
-    opposite = [CellSlip(one.along if k % 2 else -one.along, one.power) for k, one in enumerate(cells)]
+    opposite = cells._replace(along=cells.along * np.resize([-1.0, 1.0], CELLS)[:, None])
     assert level(rows_apart([opposite], TIMES)) != "pass"
 
 
 def test_rows_of_no_contrast_say_nothing() -> None:
     """Catches: a division by nothing where a cell shows no fringes."""
-    flat = [CellSlip(np.zeros(240), np.zeros(240))] * 4
-    assert rows_apart([flat, []], TIMES) == RowsApart()
+    flat, none = (RowMotion(*[np.zeros((count, 240))] * 2, *[np.zeros(count)] * 2) for count in (4, 0))
+    assert rows_apart([flat, none], TIMES) == RowsApart()

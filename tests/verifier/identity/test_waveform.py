@@ -7,8 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from moireid.verifier.fringes.sinusoid import series
-from moireid.verifier.identity.cell_slip import row_slips
+from moireid.verifier.identity.cell_slip import row_motion
 from moireid.verifier.identity.cell_waveform import (
     HARMONICS,
     learn_waveform,
@@ -119,15 +118,20 @@ def test_sums_over_a_row_give_the_misfit_of_each_of_its_cells(noisy_row, rng):
     assert costs == pytest.approx(turned, rel=1e-4)
 
 
-def test_changes_are_those_of_the_shape_frame_by_frame(noisy_row, rng):
-    """Catches: products of harmonics left out of the square, and means that are not taken off."""
-    seen, phase, shape, _ = noisy_row
-    ahead = rng.uniform(-3, 3, 25)
-    expected = series(shape, phase + ahead)
+def series(shape, phase):
+    """The shape at phases of any form."""
+    return (shape * np.exp(1j * phase[..., None] * np.arange(len(shape)))).sum(axis=-1).real
+
+
+def test_changes_are_those_of_the_shape_frame_by_frame(noisy_row):
+    """Catches: means that are not taken off; the change of one cell in another's."""
+    seen, phase, shape, members = noisy_row
+    expected = series(shape, phase + 0.4)
     expected -= expected.mean(axis=0)
-    moved, power = moments(seen, phase).change(shape, ahead)
-    assert moved == pytest.approx((expected * (seen - seen.mean(axis=0))).sum(axis=0), abs=1e-3)
-    assert power == pytest.approx((expected**2).sum(axis=0), abs=1e-3)
+    found = row_motion(seen, phase + 0.4, shape, members)
+    for moved, square, own in zip(found.moved, found.expected, members > 0, strict=True):
+        assert moved == pytest.approx((expected * seen)[:, own].mean(), abs=1e-4)
+        assert square == pytest.approx((expected**2)[:, own].mean(), abs=1e-4)
 
 
 def test_slips_of_a_row_are_those_of_its_cells_by_themselves(noisy_row):
@@ -136,7 +140,8 @@ def test_slips_of_a_row_are_those_of_its_cells_by_themselves(noisy_row):
     """
     seen, phase, shape, members = noisy_row
     phase = phase + 0.4
-    for slip, own in zip(row_slips(seen, phase, shape, members), members > 0, strict=True):
+    found = row_motion(seen, phase, shape, members)
+    for slip, weight, own in zip(found.along, found.power, members > 0, strict=True):
         argument = phase[:, own]
         fringe, slope = series(shape, argument), series(1j * np.arange(HARMONICS + 1) * shape, argument)
         left = np.empty_like(fringe)
@@ -147,8 +152,7 @@ def test_slips_of_a_row_are_those_of_its_cells_by_themselves(noisy_row):
             slope[frame] -= table @ (inverse @ slope[frame])
         left -= left.mean(axis=0)
         along, power = (left * slope).sum(axis=1), (slope**2).sum(axis=1)
-        assert slip.along == pytest.approx(along, abs=1e-3)
-        assert slip.power == pytest.approx(power, abs=1e-3)
-    shifted = row_slips(squarish(phase + 0.02), phase, shape, members)
-    mean = [slip.along.sum() / slip.power.sum() for slip in shifted]
-    assert mean == pytest.approx([0.02, 0.02], abs=0.01)
+        assert slip == pytest.approx(along, abs=1e-3)
+        assert weight == pytest.approx(power, abs=1e-3)
+    shifted = row_motion(squarish(phase + 0.02), phase, shape, members)
+    assert shifted.along.sum(axis=1) / shifted.power.sum(axis=1) == pytest.approx([0.02, 0.02], abs=0.01)

@@ -33,8 +33,7 @@ from moireid.verifier.explanations.photographs.fringe_spacing import Spacing
 from moireid.verifier.explanations.words import WORDS
 from moireid.verifier.fringes.grating_signal import BeyondPhase, DepthLaw, GratingSignal
 from moireid.verifier.identity import decode, page_scale
-from moireid.verifier.identity.cell_motion import CellMotion
-from moireid.verifier.identity.cell_slip import RowsApart
+from moireid.verifier.identity.cell_slip import CellMotion, RowsApart
 from moireid.verifier.identity.compare_built import compare_built
 from moireid.verifier.identity.decode import Identity
 from moireid.verifier.measuring import CELLS_MOVE_RATIO, CELLS_STILL_RATIO, MAX_UNSEARCHED_S

@@ -6,7 +6,7 @@ it; most badges need none.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 from moireid.badge import Badge, Grating
 from moireid.verifier import measuring
 from moireid.verifier.fringes.beyond_phase import depth_law
-from moireid.verifier.fringes.grating_signal import DepthLaw
-from moireid.verifier.fringes.place_map import PlaceMap, StillShift, knots_mm, seen_map, still_shift
+from moireid.verifier.fringes.place_map import PlaceMap, knots_mm, seen_map, still_shift
 from moireid.verifier.fringes.strip_law import strip_law
 from moireid.verifier.fringes.strip_phase import StripPhase, measure_strip
 from moireid.verifier.fringes.strip_shape import places_apart_rad, strip_shape
@@ -24,22 +23,9 @@ from moireid.verifier.tracking.track import Track
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class StripMeasurement:
-    """One uniform strip: measured phase, predicted phase (T,), deviation of places along it, rad, the depth law, and
-    what it shows of the map.
-    """
-
-    phase: StripPhase
-    predicted_rad: Array
-    place_residual_rad: float
-    depth: DepthLaw
-    still: StillShift | None
-
-
 def measure_strips(
     track: Track, badge: Badge, camera_mm: Array, maps: list[Array]
-) -> tuple[list[StripMeasurement | None], tuple[PlaceMap, ...]]:
+) -> tuple[list[StripPhase | None], tuple[PlaceMap, ...]]:
     """The strips of a track, and the gratings' maps with which they were measured, from those to begin with."""
     for _ in range(measuring.MAP_ROUNDS):
         strips = [_measured_strip(track, badge, index, camera_mm, maps) for index in range(len(track.strips))]
@@ -60,9 +46,7 @@ def measure_strips(
     return strips, seen
 
 
-def _measured_strip(
-    track: Track, badge: Badge, index: int, camera_mm: Array, maps: list[Array]
-) -> StripMeasurement | None:
+def _measured_strip(track: Track, badge: Badge, index: int, camera_mm: Array, maps: list[Array]) -> StripPhase | None:
     """One strip of a track; None for a row of phase cells, which is read with the identity."""
     strip = track.strips[index]
     if not strip.uniform:
@@ -77,7 +61,7 @@ def _measured_strip(
     parallax = strip.frame.places(camera_mm[:, :2])[:, 0] / np.abs(camera_mm[:, 2])
     depth = depth_law(shape, law, found, parallax, strip.length_mm)
     still = still_shift(strip, shape, knots_mm(badge.gratings[strip.grating]))
-    return StripMeasurement(found, predicted, apart, depth, still)
+    return replace(found, predicted_rad=predicted, place_residual_rad=apart, depth=depth, still=still)
 
 
 def search_band_per_mm(badge: Badge, grating: Grating, cell: int) -> tuple[float, float]:

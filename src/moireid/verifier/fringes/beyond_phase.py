@@ -15,15 +15,13 @@ Source: `strip_law`; the change is 2 pi X g_eff / p_r times the change of 1 / |C
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
-from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from moireid.badge import Grating, Lens
-from moireid.lenticule import MAX_TANGENT, between_bumps, bumps_of, view_response
+from moireid.lenticule import view_law
 from moireid.verifier.fringes.grating_signal import DepthLaw
 from moireid.verifier.fringes.sinusoid import fitted_rows
 from moireid.verifier.fringes.strip_phase import StripLaw, StripPhase, harmonics_of
@@ -32,12 +30,6 @@ from moireid.verifier.fringes.strip_shape import StripShape
 Array = NDArray[np.float64]
 #: What depends on parallax is taken away as a polynomial of this degree.
 DEGREE = 3
-#: Rays across one lens for the expected third harmonic: exact to 1 % from the front, 2 % from the side.
-OVERTONE_RAYS = 128
-#: Places of its table along the sensed direction and across it; it is smooth.
-OVERTONE_PLACES = 21, 11
-#: A table covers whole multiples of this tangent, so that a live check finds the one of before.
-SPAN = 0.1
 
 
 def depth_law(
@@ -87,7 +79,7 @@ def expected_overtone(lens: Lens, grating: Grating, tan_x: Array, tan_y: Array) 
 
     Notes
     -----
-    Source: the response H of the front layer to lines of the pitch and of a third of it (`lenticule.view_response`).
+    Source: the response H of the front layer to lines of the pitch and of a third of it (`lenticule.view_law`).
     Fourier coefficients of a rectangle of width d are sin(3 pi d) / (3 sin(pi d)), a third where d is a half; a mask's
     openings add a like factor.
     """
@@ -96,42 +88,11 @@ def expected_overtone(lens: Lens, grating: Grating, tan_x: Array, tan_y: Array) 
         widths.append(lens.open_fraction)
     lines = float(np.prod([abs(np.sin(3 * np.pi * width) / np.sin(np.pi * width)) for width in widths]))
     # A frame without a pose counts as one from the front; what is unknown of it is left out elsewhere.
-    seen = [np.clip(np.nan_to_num(tangents), -MAX_TANGENT, MAX_TANGENT) for tangents in (tan_x, tan_y)]
-    spans = tuple((math.floor(part.min() / SPAN) * SPAN, math.ceil(part.max() / SPAN + 1e-9) * SPAN) for part in seen)
-    tables = _overtone_tables(lens, grating.pitch_mm, *spans)
-    places = [
-        (part - low) / _step(low, high, count) + 2
-        for part, (low, high), count in zip(seen, spans, OVERTONE_PLACES, strict=True)
-    ]
-    real, imaginary = (between_bumps(table, *places) for table in tables)
-    return np.asarray(lines * (real + 1j * imaginary))
-
-
-def _step(low: float, high: float, count: int) -> float:
-    """Between places of a table that has two more on each side, as a spline through it is flat at its borders."""
-    return (high - low) / (count - 5)
-
-
-@lru_cache(maxsize=64)
-def _overtone_tables(
-    lens: Lens, pitch_mm: float, span_x: tuple[float, float], span_y: tuple[float, float]
-) -> tuple[Array, Array]:
-    """Splines through the real and the imaginary part of the overtone over that from the front, for these tangents."""
-    grids = [
-        low + _step(low, high, count) * (np.arange(count) - 2)
-        for (low, high), count in zip((span_x, span_y), OVERTONE_PLACES, strict=True)
-    ]
-    front = np.zeros(1)
-    table = _turned_overtone(lens, pitch_mm, *np.meshgrid(*grids, indexing="ij"))
-    table = table / max(abs(_turned_overtone(lens, pitch_mm, front, front)[0]), 1e-9)
-    return bumps_of(table.real), bumps_of(table.imag)
-
-
-def _turned_overtone(lens: Lens, pitch_mm: float, tan_x: Array, tan_y: Array) -> NDArray[np.complex128]:
-    """Response to a third of the pitch, turned to the fundamental's phase and over its size."""
-    first, third = (view_response(lens, pitch_mm / harmonic, tan_x, tan_y, rays=OVERTONE_RAYS) for harmonic in (1, 3))
-    size = np.maximum(np.abs(first), 1e-9)
-    return np.asarray(third * (np.conj(first) / size) ** 3 / size)
+    views = [np.append(np.nan_to_num(tangents), 0.0) for tangents in (tan_x, tan_y)]
+    laws = (view_law(lens, grating.pitch_mm / harmonic) for harmonic in (1, 3))
+    (first, turn), (third, thrice) = ((law.contrast_kept(*views), law.phase_rad(*views)) for law in laws)
+    overtone = third / np.maximum(first, 1e-9) * np.exp(1j * (thrice - 3 * turn))
+    return np.asarray(lines * overtone[:-1] / max(abs(overtone[-1]), 1e-9))
 
 
 def mean_overtone(strips: Sequence[StripPhase]) -> NDArray[np.complex128]:

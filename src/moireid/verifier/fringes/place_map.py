@@ -81,12 +81,8 @@ def start_maps(badge: Badge, enrolled: Sequence[Sequence[float]]) -> list[Array]
     return [_without_slope(np.array(one, float)) for one in enrolled]
 
 
-@dataclass(frozen=True)
-class StillShift:
-    """Sums over one strip for its map: `power` (K, K) times the map is `along` (K,)."""
-
-    along: Array
-    power: Array
+#: Sums over one strip for its map, along (K,) and power (K, K): power times the map is along.
+StillShift = tuple[Array, Array]
 
 
 def still_shift(strip: Strip, shape: StripShape | None, knots: Array) -> StillShift | None:
@@ -107,7 +103,7 @@ def still_shift(strip: Strip, shape: StripShape | None, knots: Array) -> StillSh
     slope = shape.slope - shape.slope.mean(axis=0)
     power = np.einsum("tn,tn->n", slope, slope).astype(float)
     hats = np.array([np.interp(strip.along_mm, knots, unit) for unit in np.eye(len(knots))])
-    return StillShift(hats @ along, (hats * power) @ hats.T)
+    return hats @ along, (hats * power) @ hats.T
 
 
 def seen_map(used_rad: Array, rows: Sequence[StillShift | None]) -> PlaceMap:
@@ -123,17 +119,17 @@ def seen_map(used_rad: Array, rows: Sequence[StillShift | None]) -> PlaceMap:
     known = [row for row in rows if row is not None]
     if len(known) < 2:
         return PlaceMap(used_rad, used_rad)
-    each = np.array([_solved(row) for row in known])
-    sums = (np.sum([getattr(row, name) for row in known], axis=0) for name in ("along", "power"))
-    common = _solved(StillShift(*sums))
+    each = np.array([_solved(*row) for row in known])
+    along, power = zip(*known, strict=True)
+    common = _solved(np.sum(along, axis=0), np.sum(power, axis=0))
     variance = float(np.mean((each - common) ** 2)) / (len(known) - 1)
     return PlaceMap(used_rad, used_rad + common, math.sqrt(variance))
 
 
-def _solved(row: StillShift) -> Array:
+def _solved(along: Array, power: Array) -> Array:
     """The map of one row or of several, without mean and slope."""
-    ridge = RIDGE_SHARE * max(float(np.trace(row.power)) / len(row.along), 1e-12)
-    found = np.linalg.solve(row.power + ridge * np.eye(len(row.along)), row.along)
+    ridge = RIDGE_SHARE * max(float(np.trace(power)) / len(along), 1e-12)
+    found = np.linalg.solve(power + ridge * np.eye(len(along)), along)
     return _without_slope(found)
 
 

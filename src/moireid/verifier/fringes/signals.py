@@ -23,7 +23,7 @@ from moireid.verifier.camera.fit import CameraFit, fit_camera
 from moireid.verifier.camera.page_shape import gain_sd_share
 from moireid.verifier.camera.smoothing import smooth_camera, without_outliers
 from moireid.verifier.camera.stretches import stretch_numbers, within_stretches
-from moireid.verifier.fringes.all_strips import StripMeasurement, measure_strips
+from moireid.verifier.fringes.all_strips import measure_strips
 from moireid.verifier.fringes.beyond_phase import expected_overtone, mean_overtone
 from moireid.verifier.fringes.grating_signal import BeyondPhase, DepthLaw, GratingSignal
 from moireid.verifier.fringes.mixed_frames import carried_rad, mixed_share
@@ -42,15 +42,14 @@ Array = NDArray[np.float64]
 class Measurement:
     """Everything measured in a film: camera, strips, and one signal per grating.
 
-    strips, predictions_rad: one per strip of the track; None for rows of phase cells, which are read with the identity;
-    maps: one per grating.
+    strips: one per strip of the track; None for rows of phase cells, which are read with the identity; maps: one per
+    grating.
     """
 
     camera: CameraFit
     camera_mm: Array
     times_s: Array
     strips: tuple[StripPhase | None, ...]
-    predictions_rad: tuple[Array | None, ...]
     gratings: tuple[GratingSignal, ...]
     maps: tuple[PlaceMap, ...]
     stages_s: dict[str, float] = field(default_factory=dict)
@@ -121,9 +120,7 @@ def measure(
     )
     gratings = tuple(_grating_signal(track, badge, g, strips, poses) for g in range(len(badge.gratings)))
     stages = {"pose": posed - clock, "fringe": time.perf_counter() - posed}
-    phases = tuple(strip.phase if strip else None for strip in strips)
-    predictions = tuple(strip.predicted_rad if strip else None for strip in strips)
-    return Measurement(fit, camera_mm, track.times_s, phases, predictions, gratings, maps, stages)
+    return Measurement(fit, camera_mm, track.times_s, tuple(strips), gratings, maps, stages)
 
 
 def page_covered(correlations: Array) -> NDArray[np.bool_]:
@@ -163,23 +160,26 @@ class _Poses:
 
 
 def _grating_signal(
-    track: Track, badge: Badge, index: int, strips: Sequence[StripMeasurement | None], poses: _Poses
+    track: Track, badge: Badge, index: int, strips: Sequence[StripPhase | None], poses: _Poses
 ) -> GratingSignal:
     """The signal of one grating from all its strips, with error bars that include the poses."""
     grating = badge.gratings[index]
     every = [found for strip, found in zip(track.strips, strips, strict=True) if strip.grating == index and found]
     own = _uncovered(every)
-    clear = sum(float(np.mean(~strip.phase.covered & ~poses.covered)) for strip in own)
+    clear = sum(float(np.mean(~strip.covered & ~poses.covered)) for strip in own)
     frame = badge.frame_of(grating)
-    rounding = float(np.median([rounding_rad(strip.phase) for strip in own])) if own else 0.0
+    low, top, high, bottom = own_rect(grating.axis, grating.rect_mm)
+    middle = np.array([(low + high) / 2, (top + bottom) / 2])
+    away = middle - frame.places(poses.camera_mm[:, :2])
+    tangents = away / np.abs(poses.camera_mm[:, 2:])
+    rounding = float(np.median([rounding_rad(strip) for strip in own])) if own else 0.0
     jitter, removed, whole = (
         float(frame.spreads(pair)[0]) for pair in (poses.jitter, poses.removed, poses.camera.tangent_error)
     )
     # The larger of two estimates: from the reprojection errors, and from what smoothing removed.
     slow = measuring.SLOW_ERROR_RATIO * poses.camera.slow_to_fast * removed
     tangent_error = max(poses.enlarged * _after_smoothing(jitter, whole, rounding), slow)
-    phases, predictions = [strip.phase for strip in own], [strip.predicted_rad for strip in own]
-    signal = _combine(phases, predictions, tangent_error, badge, grating, track.times_s, poses.stretch)
+    signal = _combine(own, tangent_error, badge, grating, track.times_s, poses.stretch)
     known = within_law(track.strips, poses.camera_mm) & poses.good
     sd = np.where(known, signal.phase_sd_rad, np.inf)
     if track.vague is not None:
@@ -204,65 +204,56 @@ def _grating_signal(
         lasting_px=poses.camera.lasting_px,
         doubt=poses.doubt,
         zoom=poses.camera.zoom,
-        mixed_share=_mixed(own, known, track, frame, grating) if own else 0.0,
-        beyond=_beyond(own, known, track.homographies, badge, grating, poses) if own else None,
+        mixed_share=_mixed(own, known, track, frame, middle) if own else 0.0,
+        beyond=_beyond(own, known, track, grating, tangents, poses.page_mm.mean(axis=0)) if own else None,
         lens_room=poses.camera.lens_room,
-        steep=_steep(frame, grating, poses),
+        steep=np.linalg.norm(tangents, axis=1) > limits.STEEP_TANGENT,
     )
 
 
 def _beyond(
-    strips: list[StripMeasurement],
+    strips: list[StripPhase],
     known: NDArray[np.bool_],
-    homographies: Array,
-    badge: Badge,
+    track: Track,
     grating: Grating,
-    poses: _Poses,
+    tangents: Array,
+    middle_mm: Array,
 ) -> BeyondPhase:
-    """As `GratingSignal.beyond`; known (T,): frames with a good pose."""
-    depth = (np.sum(series, axis=0) for series in zip(*(strip.depth for strip in strips), strict=True))
-    place = homographies @ np.append(poses.page_mm.mean(axis=0), 1.0)
-    low, top, high, bottom = own_rect(grating.axis, grating.rect_mm)
-    away = np.array([(low + high) / 2, (top + bottom) / 2]) - badge.frame_of(grating).places(poses.camera_mm[:, :2])
+    """As `GratingSignal.beyond`.
+
+    Parameters: known (T,): frames with a good pose; tangents (T, 2): of the view at the grating's middle; middle_mm
+        (2,): of the markers, page mm.
+    """
+    depth = (np.sum(series, axis=0) for series in zip(*(strip.depth for strip in strips if strip.depth), strict=True))
+    place = track.homographies @ np.append(middle_mm, 1.0)
     return BeyondPhase(
         np.mean([strip.predicted_rad for strip in strips], axis=0),
         DepthLaw(*(np.where(known, values, 0.0) for values in depth)),
-        mean_overtone([strip.phase for strip in strips]),
+        mean_overtone(strips),
         place[:, :2] / place[:, 2:],
-        expected_overtone(badge.lens, grating, *(away / np.abs(poses.camera_mm[:, 2:])).T),
+        expected_overtone(track.badge.lens, grating, *tangents.T),
     )
 
 
-def _steep(frame: OwnFrame, grating: Grating, poses: _Poses) -> NDArray[np.bool_]:
-    """As `GratingSignal.steep`: the grating's middle seen from beyond `STEEP_TANGENT`, either way."""
-    low, top, high, bottom = own_rect(grating.axis, grating.rect_mm)
-    away = np.array([(low + high) / 2, (top + bottom) / 2]) - frame.places(poses.camera_mm[:, :2])
-    tangent = np.linalg.norm(away, axis=1) / np.abs(poses.camera_mm[:, 2])
-    return np.asarray(tangent > limits.STEEP_TANGENT)
-
-
 def _mixed(
-    strips: list[StripMeasurement], known: NDArray[np.bool_], track: Track, frame: OwnFrame, grating: Grating
+    strips: list[StripPhase], known: NDArray[np.bool_], track: Track, frame: OwnFrame, middle_mm: Array
 ) -> float:
     """As `mixed_frames.mixed_share`, of the mean of a grating's strips; known (T,): frames with a good pose."""
-    phases = [strip.phase for strip in strips]
-    contrast = np.mean([phase.contrast / max(float(np.median(phase.contrast)), 1e-9) for phase in phases], axis=0)
-    clear = known & ~np.any([phase.covered for phase in phases], axis=0)
-    low, top, high, bottom = own_rect(grating.axis, grating.rect_mm)
-    middle = np.array([(low + high) / 2, (top + bottom) / 2])
-    frequency = float(np.mean([phase.frequency_per_mm for phase in phases]))
-    carried = carried_rad(track.homographies, frame, middle, frequency, track.times_s)
+    contrast = np.mean([strip.contrast / max(float(np.median(strip.contrast)), 1e-9) for strip in strips], axis=0)
+    clear = known & ~np.any([strip.covered for strip in strips], axis=0)
+    frequency = float(np.mean([strip.frequency_per_mm for strip in strips]))
+    carried = carried_rad(track.homographies, frame, middle_mm, frequency, track.times_s)
     predicted = np.mean([strip.predicted_rad for strip in strips], axis=0)
     return mixed_share(np.where(clear, contrast, np.nan), carried, predicted)
 
 
-def _uncovered(strips: list[StripMeasurement]) -> list[StripMeasurement]:
+def _uncovered(strips: list[StripPhase]) -> list[StripPhase]:
     """The strips without those that a hand or a caption covers all film long.
 
     They are far vaguer than the clearest strip, or fringes explain far less of them.
     """
-    vague = np.array([np.median(strip.phase.phase_sd_rad) for strip in strips])
-    misfit = np.array([strip.phase.misfit for strip in strips])
+    vague = np.array([np.median(strip.phase_sd_rad) for strip in strips])
+    misfit = np.array([strip.misfit for strip in strips])
     covered = vague > limits.MAX_VAGUENESS_RATIO * vague.min(initial=math.inf)
     floor = max(misfit.min(initial=math.inf), measuring.COVERED_MISFIT_CONTRASTS / measuring.COVERED_MISFIT_RATIO)
     covered |= misfit > measuring.COVERED_MISFIT_RATIO * floor
@@ -309,7 +300,6 @@ def _after_smoothing(wander: float, whole: float, rounding: float) -> float:
 
 def _combine(
     strips: list[StripPhase],
-    predictions: list[Array],
     noise: float,
     badge: Badge,
     grating: Grating,
@@ -324,7 +314,7 @@ def _combine(
     phase = np.array([strip.phase_rad for strip in strips])
     sd = np.array([strip.phase_sd_rad for strip in strips])
     weight = np.where(sd < measuring.MAX_PHASE_SD_RAD, 1.0 / np.maximum(sd, 1e-3) ** 2, 0.0)
-    predicted = np.array(predictions)
+    predicted = np.array([strip.predicted_rad for strip in strips])
     predicted = predicted - predicted.mean(axis=1, keepdims=True)
     common = predicted.mean(axis=0)
     power = float(common @ common)

@@ -33,8 +33,6 @@ Single = NDArray[np.float32]
 Complex = NDArray[np.complex128]
 #: A ridge of this share of the samples keeps the equations solvable if columns alias onto one another.
 RIDGE_SHARE = 1e-9
-#: Samples whose columns are in memory at a time.
-PIECE_SAMPLES = 65536
 
 
 @dataclass(frozen=True)
@@ -84,47 +82,31 @@ def _fitted(values: NDArray[Any], columns: NDArray[Any]) -> tuple[Array, Array, 
     return solved[..., 0], gram, np.asarray(values - (rows @ solved.astype(values.dtype))[..., 0])
 
 
-def fit_together(columns: Single, values: Single, used: NDArray[np.bool_]) -> Single:
-    """Coefficients (K,) that fit all samples best; columns (K, M); values (M,); used (K,): others get 0."""
-    solved = np.zeros(len(columns), np.float32)
-    gram, right = columns @ columns.T, columns @ values
-    solved[used] = _solve(gram[np.ix_(used, used)].astype(float), right[used, None].astype(float), len(values))[:, 0]
-    return solved
-
-
-def slope_of(coefficients: Single) -> Single:
-    """Coefficients (2 + 2 H,) of the derivative by the argument, per rad; the columns have a level and a slope."""
-    turned, harmonic = np.zeros_like(coefficients), np.arange(1, len(coefficients) // 2, dtype=np.float32)
-    turned[2::2], turned[3::2] = harmonic * coefficients[3::2], -harmonic * coefficients[2::2]
-    return turned
-
-
-def fit_series(values: Array, argument_rad: Array, harmonics: int, *, harmonic_ridge_share: float = 0.0) -> Complex:
-    """The Fourier series, c_0 to c_H, that fits all samples best (evaluate it with `series`).
+def fit_series(
+    values: NDArray[Any], argument_rad: Array, harmonics: int, *, harmonic_ridge_share: float = 0.0
+) -> Complex:
+    """The Fourier series, c_0 to c_H, that fits all samples best (evaluate it with `wave_and_slope`).
 
     Parameters: values, argument_rad of one shape, any; harmonic_ridge_share: of the samples, holds c_2 and up near 0.
     Convention and source: module docstring; c_0 is real, the mean level.
     """
-    angle, flat = argument_rad.ravel(), values.ravel()
-    unknowns = 2 * harmonics + 1
-    gram, right = np.zeros((unknowns, unknowns)), np.zeros(unknowns)
-    for start in range(0, len(flat), PIECE_SAMPLES):
-        some = slice(start, start + PIECE_SAMPLES)
-        columns = fit_columns(angle[some], harmonics, np.ones((1, len(angle[some]))))
-        gram += columns @ columns.T
-        right += columns @ flat[some]
-    gram[range(3, unknowns), range(3, unknowns)] += harmonic_ridge_share * len(flat)
-    solved = _solve(gram, right[:, None], len(flat))[:, 0]
+    flat = values.ravel()
+    columns = fit_columns(argument_rad.ravel(), harmonics, np.ones((1, 1)))
+    gram, held = columns @ columns.T, range(3, len(columns))
+    gram[held, held] += harmonic_ridge_share * len(flat)
+    solved = _solve(gram, (columns @ flat)[:, None], len(flat))[:, 0]
     return np.concatenate([solved[:1].astype(complex), solved[1::2] - 1j * solved[2::2]])
 
 
-def series(coefficients: Complex, argument_rad: Array) -> Array:
-    """The Fourier series Re sum c_h exp(i h argument) at arguments of any shape; c_0 comes first."""
-    turn = np.exp(1j * argument_rad)
-    total = np.zeros(argument_rad.shape, complex)
-    for coefficient in coefficients[::-1]:
-        total = total * turn + coefficient
-    return np.asarray(total.real)
+def wave_and_slope(coefficients: Complex, columns: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
+    """The Fourier series c_0 .. c_H without its level, and its derivative by the argument, per rad, (..., N) each.
+
+    Parameters: columns (..., 2 H, N): of `fit_columns` without a background, in whose precision the sums are.
+    """
+    parts = np.stack([coefficients, 1j * np.arange(len(coefficients)) * coefficients])[:, 1:]
+    turns = np.stack([parts.real, -parts.imag], axis=-1).reshape(2, -1).astype(columns.dtype)
+    fringe, slope = np.tensordot(turns, columns, axes=(1, -2))
+    return fringe, slope
 
 
 def fit_columns(argument_rad: NDArray[Any], harmonics: int, background: Array) -> NDArray[Any]:

@@ -16,6 +16,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from moireid.verifier.fringes.grating_signal import DepthLaw
 from moireid.verifier.fringes.sinusoid import Fit, fit_columns, fit_rows, fitted_rows
 from moireid.verifier.measuring import COVERED_MISFIT_CONTRASTS, COVERED_MISFIT_RATIO, STRIP_NOISE_RATIO
 from moireid.verifier.picture import CODING_POWER
@@ -64,8 +65,6 @@ REFINE_FRAMES = 64
 BLOCKS = 4
 #: Most steps of the refinement, and the share of its reach below which a step is the last: the next one is far shorter.
 REFINE_STEPS, REFINED_SHARE = 8, 0.003
-#: Frames fitted at a time.
-PIECE_FRAMES = 512
 #: A hand's soft edge is before the strip so many frames longer than it shows.
 COVERED_EDGE_FRAMES = 2
 
@@ -78,6 +77,8 @@ class StripPhase:
     covered (T,): where something that is no fringe covers a part of the strip (`covered_frames`), so that its phase
     is unknown; misfit: what fringes leave unexplained in a middling frame, as a share of the contrast; overtone (T,),
     complex: the third harmonic in contrasts, its phase less three times the fundamental's; 0 where it is not fitted.
+    By `all_strips`: predicted_rad (T,): the phase by the law; place_residual_rad: deviation of places along the strip;
+    depth: spacing against distance; still: sums for the grating's map (`place_map.still_shift`), None without fringes.
     """
 
     phase_rad: Array
@@ -89,6 +90,10 @@ class StripPhase:
     covered: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, bool))
     misfit: float = 0.0
     overtone: Complex = field(default_factory=lambda: np.zeros(0, complex))
+    predicted_rad: Array = field(default_factory=lambda: np.zeros(0))
+    place_residual_rad: float = 0.0
+    depth: DepthLaw | None = None
+    still: tuple[Array, Array] | None = None
 
 
 def measure_strip(profiles: Array, law: StripLaw, length_mm: float, band_per_mm: tuple[float, float]) -> StripPhase:
@@ -124,23 +129,16 @@ def measure_strip(profiles: Array, law: StripLaw, length_mm: float, band_per_mm:
     ]
     spread = float(np.std(apart, ddof=1) / np.sqrt(len(apart))) if len(apart) > 1 else np.inf
     harmonics = harmonics_of(frequency, length_mm)
-    # In pieces, because the columns of the fit take some twenty times the memory of the profiles.
-    pieces = [
-        _fit(profiles[some], law.part(some).phase_rad(frequency), harmonics)
-        for some in np.array_split(np.arange(len(profiles)), -(-len(profiles) // PIECE_FRAMES))
-    ]
-    fringe = np.concatenate([piece.harmonics[:, 0] for piece in pieces])
-    variance = np.concatenate([piece.fundamental_variance() for piece in pieces])
-    level = np.concatenate([piece.background[:, 0] for piece in pieces])
+    fit = fit_rows(profiles, law.phase_rad(frequency), harmonics, level_and_slope(profiles.shape[1]))
+    fringe, level = fit.harmonics[:, 0], fit.background[:, 0]
     contrast = np.abs(fringe)
     with np.errstate(divide="ignore", invalid="ignore"):
-        sd = STRIP_NOISE_RATIO * np.sqrt(variance) / contrast
-    misfit = np.sqrt(np.concatenate([piece.left for piece in pieces]) / profiles.shape[1])
+        sd = STRIP_NOISE_RATIO * np.sqrt(fit.fundamental_variance()) / contrast
+    misfit = np.sqrt(fit.left / profiles.shape[1])
     covered = covered_frames(misfit, contrast)
     sd = np.where(covered, np.inf, np.nan_to_num(sd, nan=np.inf))
     usual = float(np.median(misfit) / max(np.median(contrast), 1e-9))
-    overtone = np.concatenate([_overtone(piece) for piece in pieces])
-    return StripPhase(np.angle(fringe), sd, contrast, level, frequency, spread, covered, usual, overtone)
+    return StripPhase(np.angle(fringe), sd, contrast, level, frequency, spread, covered, usual, _overtone(fit))
 
 
 def _overtone(fit: Fit) -> Complex:
@@ -238,8 +236,3 @@ def _refine(profiles: Array, law: StripLaw, start: float, reach: float, most: in
         if abs(place - before) <= REFINED_SHARE * reach:
             break
     return place
-
-
-def _fit(profiles: Array, phase_rad: Array, harmonics: int) -> Fit:
-    """Fit each profile (T, N) with fringes on a level and a slope."""
-    return fit_rows(profiles, phase_rad, harmonics, level_and_slope(profiles.shape[1]))

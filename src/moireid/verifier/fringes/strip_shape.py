@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.verifier.camera.smoothing import frame_s
-from moireid.verifier.fringes.sinusoid import Single, fit_columns, fit_together, slope_of
+from moireid.verifier.fringes.sinusoid import Single, fit_columns, fit_series, wave_and_slope
 from moireid.verifier.fringes.strip_phase import StripLaw, StripPhase, level_and_slope
 from moireid.verifier.fringes.uneven_air import less_uneven_air
 from moireid.verifier.measuring import PLACE_CLEAR_RAD, PLACE_MEAN_S, PLACE_MIN_INFORMATION_SHARE
@@ -71,14 +71,14 @@ def strip_shape(profiles: Array, law: StripLaw, found: StripPhase) -> StripShape
     with np.errstate(divide="ignore", invalid="ignore"):
         contrasts = (profiles[clear] - found.level[clear, None]) / found.contrast[clear, None]
     seen = np.nan_to_num(contrasts, posinf=0.0, neginf=0.0).astype(np.float32)
+    fringes = fit_series(seen, turned, HARMONICS)
+    fringe, slope = wave_and_slope(fringes, columns[:, len(background) :])
+    left = seen - fringe - np.float32(fringes[0].real)
     # The slope of the background is each frame's own, and not the shape's.
-    together = np.moveaxis(columns, 1, 0).reshape(columns.shape[1], -1)
-    fringes = fit_together(together, seen.ravel(), np.arange(columns.shape[1]) != 1)
-    left = seen - (fringes @ together).reshape(seen.shape)
     sloping = background[1].astype(np.float32)
     left -= np.outer(left @ sloping / (sloping @ sloping), sloping)
     left -= left.mean(axis=0)
-    return StripShape(clear, columns, left, (slope_of(fringes) @ together).reshape(seen.shape))
+    return StripShape(clear, columns, left, slope)
 
 
 #: Blocks of a strip: 7 mm each on a badge 80 mm wide; a camera at 2 m resolves a few millimetres.

@@ -2,8 +2,7 @@
 
 cell_phase.py       phases of the cells
 neighbour_lines.py  what neighbours add to a cell where lines pass into each other
-cell_slip.py        do the cells move with the plain rows?
-cell_motion.py      how far do they move, over how far the rows make them?
+cell_slip.py        do the cells move with the plain rows, and how far?
 cell_waveform.py    the shape of a fringe
 page_scale.py       is the page off its size, or the sheet off its pitch?
 decode.py           the identity, and the claim

@@ -19,13 +19,14 @@ from numpy.typing import NDArray
 
 from moireid.badge import Badge, Grating
 from moireid.frames import own_rect
+from moireid.idcodes.family import CellReading
 from moireid.idcodes.spacing import PHASE_LEVELS, nearest_place
 from moireid.layers import is_smooth
 from moireid.verifier import measuring
 from moireid.verifier.fringes.signals import Measurement
 from moireid.verifier.fringes.sinusoid import Complex
 from moireid.verifier.fringes.strip_law import strip_law
-from moireid.verifier.identity.cell_slip import CellSlip, row_slips
+from moireid.verifier.identity.cell_slip import RowMotion, row_motion
 from moireid.verifier.identity.cell_waveform import (
     Moments,
     learn_waveform,
@@ -54,26 +55,6 @@ NEIGHBOUR_PASSES = 2
 
 
 @dataclass(frozen=True)
-class CellPhase:
-    """Phase of one cell relative to the uniform rows' field, its standard deviation, and the cell's middle, own mm.
-
-    free_rad: the phase without the constraint to one of the code's places; offset_rad: what was taken off both; moved:
-    mean over frames and samples of the measured change times the change expected of this symbol; power: mean of the
-    expected change squared; slip: how far its fringes are off the rows' field, frame by frame (`CellSlip`).
-    """
-
-    phase_rad: float
-    phase_sd_rad: float
-    along_mm: float
-    across_mm: float
-    free_rad: float = math.nan
-    offset_rad: float = 0.0
-    moved: float = 0.0
-    power: float = 0.0
-    slip: CellSlip | None = None
-
-
-@dataclass(frozen=True)
 class Field:
     """The uniform rows' field of one grating.
 
@@ -94,27 +75,23 @@ class Field:
 
 @dataclass(frozen=True)
 class CellsRead:
-    """The phase cells of a grating as read under one field, by cell, and what their motion is measured from."""
+    """The phase cells of a grating as read under one field, by cell, and what their motion is measured from.
 
-    cells: dict[int, CellPhase]
+    ahead_rad: how far the fringes of each cell are ahead of the field, in the order of the rows.
+    """
+
+    cells: dict[int, CellReading]
+    ahead_rad: Array = field(default_factory=lambda: np.zeros(0))
     rows: tuple[_Row, ...] = ()
     shape: Complex = field(default_factory=lambda: np.zeros(0, complex))
 
-    def with_motion(self) -> dict[int, CellPhase]:
-        """The cells with what they show of motion."""
-        found = {}
-        for row in self.rows:
-            own = [self.cells[cell] for cell in row.strip.cells]
-            placed, free = (
-                row.ahead_rad + np.array([getattr(one, name) + one.offset_rad for one in own]) @ row.members
-                for name in ("phase_rad", "free_rad")
-            )
-            samples = np.maximum(row.members @ row.sums.count, 1.0)
-            moved, power = (row.members @ part / samples for part in row.sums.change(self.shape, placed))
-            slips = row_slips(row.seen, row.phase + free, self.shape, row.members)
-            for k, cell in enumerate(row.strip.cells):
-                found[cell] = replace(own[k], moved=float(moved[k]), power=float(power[k]), slip=slips[k])
-        return found
+    def motion(self) -> list[RowMotion]:
+        """What the cells of each row show of motion."""
+        own = np.split(self.ahead_rad, np.cumsum([len(row.members) for row in self.rows], dtype=int)[:-1])
+        return [
+            row_motion(row.seen, row.phase + row.ahead_rad + ahead @ row.members, self.shape, row.members)
+            for row, ahead in zip(self.rows, own, strict=False)
+        ]
 
 
 def read_cells(track: Track, measurement: Measurement, grating: int, field: Field) -> CellsRead:
@@ -140,7 +117,7 @@ def read_cells(track: Track, measurement: Measurement, grating: int, field: Fiel
         phase = _field_phase(badge, strip, measurement, field, frames)
         members = _members(own, strip, rims)
         rows.append(_Row(strip, seen, phase, moments(seen, phase), members, np.zeros(phase.shape[1])))
-    cells = _placed(rows, shape, field, own)
+    cells, ahead_rad = _placed(rows, shape, field, own)
     if is_smooth(own):
         steps = beat_steps(track, measurement, grating)
         before: dict[int, int] = {}
@@ -150,8 +127,8 @@ def read_cells(track: Track, measurement: Measurement, grating: int, field: Fiel
                 break
             ahead, before = ahead_of_own_lines(track, grating, places, steps), places
             rows = [_with_neighbours(own, row, ahead) for row in rows]
-            cells = _placed(rows, shape, field, own)
-    return CellsRead(cells, tuple(rows), shape)
+            cells, ahead_rad = _placed(rows, shape, field, own)
+    return CellsRead(cells, ahead_rad, tuple(rows), shape)
 
 
 @dataclass(frozen=True)
@@ -170,7 +147,12 @@ class _Row:
 
 def _members(own: Grating, strip: Strip, rims_mm: Sequence[float]) -> Array:
     """As in `_Row`; rims_mm: by cell, what is left out at its ends at least."""
-    return np.array([_samples_of(own, strip, cell, rims_mm[cell]) for cell in strip.cells], float)
+    found = []
+    for cell in strip.cells:
+        low, _, high, _ = own_rect(own.axis, own.cells[cell].rect_mm)
+        margin = max(min(MARGIN_MM, 0.2 * (high - low)), rims_mm[cell])
+        found.append((strip.along_mm >= low + margin) & (strip.along_mm <= high - margin))
+    return np.array(found, float)
 
 
 def _with_neighbours(own: Grating, row: _Row, ahead: dict[int, Array]) -> _Row:
@@ -179,32 +161,23 @@ def _with_neighbours(own: Grating, row: _Row, ahead: dict[int, Array]) -> _Row:
     return replace(row, members=members, ahead_rad=(members * [ahead[cell] for cell in row.strip.cells]).sum(axis=0))
 
 
-def _placed(rows: Sequence[_Row], shape: Complex, field: Field, grating: Grating) -> dict[int, CellPhase]:
-    """Each cell by itself, then on one of the code's places, less a plane of phase."""
+def _placed(
+    rows: Sequence[_Row], shape: Complex, field: Field, grating: Grating
+) -> tuple[dict[int, CellReading], Array]:
+    """Each cell on one of the code's places, less a plane of phase; and all by themselves, as `CellsRead.ahead_rad`."""
     costs = np.concatenate(
         [match_cost(row.sums.of_cells(row.members, row.ahead_rad), shape, measuring.CELL_NOISE_RATIO) for row in rows]
     )
-    found: dict[int, CellPhase] = {}
-    phases = iter(zip(*(part.tolist() for part in match_phase(costs)), strict=True))
-    for row in rows:
-        along = row.members @ row.strip.along_mm / np.maximum(row.members.sum(axis=1), 1.0)
-        for cell, middle, (value, sd) in zip(row.strip.cells, along.tolist(), phases, strict=False):
-            found[cell] = CellPhase(value, math.hypot(sd, measuring.CELL_FLOOR_RAD), middle, row.strip.across_mm)
+    ahead, sd = match_phase(costs)
+    along = [row.members @ row.strip.along_mm / np.maximum(row.members.sum(axis=1), 1.0) for row in rows]
+    across = np.repeat([row.strip.across_mm - field.middle_mm for row in rows], [len(part) for part in along])
     levels = (grating.code.phase_levels if grating.code else None) or PHASE_LEVELS
-    offsets = _offsets(found, field, levels)
-    placed = zip(
-        *(part.tolist() for part in match_symbol(costs, np.array(list(offsets.values())), levels)), strict=True
-    )
-    return {
-        cell: replace(
-            found[cell],
-            phase_rad=value,
-            phase_sd_rad=math.hypot(sd, measuring.CELL_FLOOR_RAD),
-            free_rad=math.remainder(found[cell].phase_rad - offset, 2 * math.pi),
-            offset_rad=offset,
-        )
-        for (cell, offset), (value, sd) in zip(offsets.items(), placed, strict=True)
-    }
+    offset = _offsets(ahead, np.hypot(sd, measuring.CELL_FLOOR_RAD), np.concatenate(along), across, levels)
+    placed, placed_sd = match_symbol(costs, offset, levels)
+    free = [math.remainder(phase, 2 * math.pi) for phase in ahead - offset]
+    figures = zip(placed.tolist(), np.hypot(placed_sd, measuring.CELL_FLOOR_RAD).tolist(), free, strict=True)
+    cells = [cell for row in rows for cell in row.strip.cells]
+    return {cell: CellReading(math.nan, math.inf, *own) for cell, own in zip(cells, figures, strict=True)}, ahead
 
 
 def _field_phase(
@@ -248,19 +221,16 @@ def uniform_fields(track: Track, measurement: Measurement, grating: int) -> list
     assert code is not None
     _, top, _, bottom = own_rect(badge.gratings[grating].axis, badge.gratings[grating].rect_mm)
     middle = (top + bottom) / 2
-    uniform = [
-        (strip, phase, prediction)
-        for strip, phase, prediction in zip(track.strips, measurement.strips, measurement.predictions_rad, strict=True)
-        if strip.grating == grating and phase is not None and prediction is not None
-    ]
-    apart = np.array([phase.phase_rad - prediction for _, phase, prediction in uniform])
-    weight = np.array([1 / np.maximum(phase.phase_sd_rad, 1e-3) ** 2 for _, phase, _ in uniform])
-    across = np.array([strip.across_mm - middle for strip, _, _ in uniform])
-    reference = [k for k, (strip, _, _) in enumerate(uniform) if code.roles[strip.cells[0]] == "reference"]
-    frequency = float(np.mean([uniform[k][1].frequency_per_mm for k in reference]))
+    both = zip(track.strips, measurement.strips, strict=True)
+    uniform = [(strip, seen) for strip, seen in both if strip.grating == grating and seen is not None]
+    rows = [seen for _, seen in uniform]
+    apart = np.array([row.phase_rad - row.predicted_rad for row in rows])
+    weight = np.array([1 / np.maximum(row.phase_sd_rad, 1e-3) ** 2 for row in rows])
+    across = np.array([strip.across_mm - middle for strip, _ in uniform])
+    reference = [row for strip, row in uniform if code.roles[strip.cells[0]] == "reference"]
+    frequency = float(np.mean([row.frequency_per_mm for row in reference]))
     share = weight / np.maximum(weight.sum(axis=0), 1e-12)
-    level = (share * np.array([phase.level for _, phase, _ in uniform])).sum(axis=0)
-    contrast = (share * np.array([phase.contrast for _, phase, _ in uniform])).sum(axis=0)
+    level, contrast = ((share * np.array([getattr(row, n) for row in rows])).sum(axis=0) for n in ("level", "contrast"))
     fields = []
     for twist in _twists(apart, across, weight, 2 * math.pi / badge.lens.pitch_mm):
         clock = np.angle((weight * np.exp(1j * (apart - twist * across[:, None]))).sum(axis=0))
@@ -303,30 +273,18 @@ def _near_best(agreement: Array) -> list[int]:
     return [int(k) for k in peaks if agreement[k] >= agreement.max() - measuring.DOUBTFUL_AGREEMENT_SHARE]
 
 
-def _samples_of(own: Grating, strip: Strip, cell: int, rim_mm: float) -> NDArray[np.bool_]:
-    """Samples of a strip that show a cell, without its rim."""
-    low, _, high, _ = own_rect(own.axis, own.cells[cell].rect_mm)
-    margin = max(min(MARGIN_MM, 0.2 * (high - low)), rim_mm)
-    return np.asarray((strip.along_mm >= low + margin) & (strip.along_mm <= high - margin))
-
-
-def _offsets(found: dict[int, CellPhase], field: Field, levels: int) -> dict[int, float]:
+def _offsets(phase: Array, sd: Array, along: Array, across: Array, levels: int) -> Array:
     """Remaining error of offset, twist and beat at each cell: a plane through the distances to the nearest symbol."""
-    cells = list(found.values())
-    along = np.array([cell.along_mm for cell in cells])
-    place = np.column_stack([np.ones(len(cells)), along - along.mean(), [c.across_mm - field.middle_mm for c in cells]])
-    phase = np.array([cell.phase_rad for cell in cells])
-    weight = 1 / np.array([cell.phase_sd_rad for cell in cells])
-    weight[~np.isfinite(weight)] = 0.0
+    place = np.column_stack([np.ones(len(phase)), along - along.mean(), across])
     step = 2 * math.pi / levels
-    offset = np.zeros(len(cells))
+    offset = np.zeros(len(phase))
     for _ in range(3):
-        apart = phase - step * np.round(phase / step)
+        apart = phase - offset
+        apart = apart - step * np.round(apart / step)
         # A distance beyond a third of a step may belong to the next symbol, so it is left out.
-        use = weight * (np.abs(apart) < step / 3)
+        use = (np.abs(apart) < step / 3) / sd
         if np.count_nonzero(use) < 8:
             break
         plane, *_ = np.linalg.lstsq(place * use[:, None], apart * use, rcond=None)
-        phase = phase - place @ plane
         offset = offset + place @ plane
-    return dict(zip(found, offset.tolist(), strict=True))
+    return offset

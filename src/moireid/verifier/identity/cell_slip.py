@@ -1,41 +1,57 @@
-"""Whether the cells of the code move with the plain rows, frame by frame.
+"""Do the cells of the code move with the plain rows: frame by frame, and how far over the whole film?
 
-The uniform ("plain") rows are a quarter of a badge, so the rows of the code must be seen to move with them, frame by
-frame.  Each cell is compared with the fringe that the plain rows and its own symbol put there.  A small shift of the
-phase adds the shape's slope times the shift, so the residual of a frame, projected on that slope, is the cell's *slip*.
-The slips of the cells of a row, and of neighbouring frames, are averaged.
+The uniform ("plain") rows are a quarter of a badge, so the rows of the code must be seen to move with them.  Each cell
+is compared with the fringe that the plain rows and its own symbol put there.
+
+Frame by frame: a small shift of the phase adds the shape's slope times the shift, so the residual of a frame, projected
+on that slope, is the cell's *slip*.  The slips of the cells of a row, and of neighbouring frames, are averaged.
+
+Over the film: the change of each cell over that expected is 1 on a badge, 0 in a still picture.  The typical cell is
+their median, as a hand or a caption may cover some.  Fringes that were dragged from one picture to another by optical
+flow drag those of their neighbours, so the typical cell moves less than the law.
 
 Convention: phases in rad, positive where the cell's fringes are ahead; frames (F,) are those that cells are read in.
+    The error bar of the typical cell is the scatter between cells, or between rows of cells, whichever is greater:
+    noise and dirt differ from cell to cell, blur and coding from row to row.
 Source: least squares, first order in the slip; level and contrast of each cell and frame are free (Frisch and Waugh
     1933).  Single precision resolves a slip to some hundred-thousandths of a radian; noise leaves a hundred times
-    that.
+    that.  Standard error of a median of normal values, sqrt(pi / 2) times that of their mean, from the median absolute
+    deviation (Rousseeuw and Croux 1993); the jackknife that leaves out a row at a time (Shao and Wu 1989).
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.verifier.fringes.sinusoid import Complex, Single, fit_columns
-from moireid.verifier.measuring import SLIP_MEAN_S, SLIP_WORST_S
+from moireid.verifier.fringes.sinusoid import Complex, Single, fit_columns, wave_and_slope
+from moireid.verifier.measuring import MIN_CELL_CHANGE_CONTRASTS2, SLIP_MEAN_S, SLIP_WORST_S
 
 Array = NDArray[np.float64]
+#: Standard deviation of normal values over their median absolute deviation.
+SD_OVER_MAD = 1.4826
 
 
-@dataclass(frozen=True)
-class CellSlip:
-    """Of one cell: the slip is along / power, (F,)."""
+class RowMotion(NamedTuple):
+    """The C cells of a row: along over power is the slip, (C, F) each; moved over expected the change, (C,) each.
+
+    moved: mean over frames and samples of the measured change times that expected of the symbol; expected: mean of the
+    expected change squared, contrasts squared.
+    """
 
     along: Array
     power: Array
+    moved: Array
+    expected: Array
 
 
-def row_slips(seen: Array, phase: Array, shape: Complex, members: Array) -> list[CellSlip]:
-    """The slip of each cell of a row, at once, as NumPy is slow on the few samples of one cell.
+def row_motion(seen: Array, phase: Array, shape: Complex, members: Array) -> RowMotion:
+    """The motion of the cells of a row, at once, as NumPy is slow on the few samples of one cell.
 
     Parameters: seen (F, N): brightness in contrasts about the level; phase (F, N): of the plain rows' field, with the
         phase of each cell over the whole film; shape: as `cell_waveform.learn_waveform`; members (C, N): 1 where a cell
@@ -52,16 +68,50 @@ def row_slips(seen: Array, phase: Array, shape: Complex, members: Array) -> list
         share = sums(values * column) / np.maximum(sums(column * column), np.float32(1e-12))
         return np.asarray(values - column * (share @ cells))
 
-    columns = np.moveaxis(fit_columns(phase.astype(np.float32), len(shape) - 1, np.zeros((0, 1))), -2, 0)
-    parts = np.stack([shape, 1j * np.arange(len(shape)) * shape])[:, 1:]
-    turns = np.stack([parts.real, -parts.imag], axis=-1).reshape(2, -1).astype(np.float32)
-    shapes = (turns @ columns.reshape(len(columns), -1)).reshape(2, *phase.shape)
-    fringe, slope, left = (part - (sums(part) / counts) @ cells for part in (*shapes, seen.astype(np.float32)))
+    columns = fit_columns(phase.astype(np.float32), len(shape) - 1, np.zeros((0, 1)))
+    parts = (*wave_and_slope(shape, columns), seen.astype(np.float32))
+    change = parts[0] - parts[0].mean(axis=0)
+    moved, expected = ((part * change).mean(axis=0) @ cells.T / counts for part in (parts[2], change))
+    fringe, slope, left = (part - (sums(part) / counts) @ cells for part in parts)
     slope, left = without(slope, fringe), without(left, fringe)
     # What is the same in all frames is dirt, or an uneven sheet.
     left -= left.mean(axis=0)
-    along, power = (sums(part * slope).astype(float) for part in (left, slope))
-    return [CellSlip(*each) for each in zip(along.T, power.T, strict=True)]
+    along, power = (sums(part * slope).T.astype(float) for part in (left, slope))
+    return RowMotion(along, power, moved.astype(float), expected.astype(float))
+
+
+class CellMotion(NamedTuple):
+    """Motion of the code's cells over that expected; pure numbers.
+
+    whole: of all cells together; typical: of the median cell; sd: standard deviation of that.
+    """
+
+    whole: float
+    typical: float
+    sd: float
+
+
+def cell_motion_of(rows: Sequence[RowMotion]) -> CellMotion | None:
+    """The motion of the cells of all rows; None where the plain rows hardly move."""
+    weight = np.concatenate([row.expected for row in rows]) if rows else np.zeros(0)
+    if not weight.sum() > MIN_CELL_CHANGE_CONTRASTS2 * max(len(weight), 1):
+        return None
+    moved = np.concatenate([row.moved for row in rows])
+    ratio = moved / np.maximum(weight, 1e-12)
+    typical = _median(ratio, weight)
+    spread = SD_OVER_MAD * _median(np.abs(ratio - typical), weight)
+    over_cells = math.sqrt(math.pi / 2 * float(np.sum(weight**2))) / float(weight.sum()) * spread
+    number = np.repeat(np.arange(len(rows)), [len(row.expected) for row in rows])
+    without = np.array([_median(ratio[number != k], weight[number != k]) for k in range(len(rows)) if len(rows) > 1])
+    over_rows = math.sqrt((len(rows) - 1) * float(without.var())) if len(without) else 0.0
+    return CellMotion(float(moved.sum() / weight.sum()), typical, max(over_cells, over_rows))
+
+
+def _median(values: Array, weight: Array) -> float:
+    """The value that half of the weight is below."""
+    order = np.argsort(values)
+    below = np.cumsum(weight[order]) - weight[order] / 2
+    return float(np.interp(weight.sum() / 2, below, values[order]))
 
 
 @dataclass(frozen=True)
@@ -87,17 +137,18 @@ class RowsApart:
 TOGETHER = RowsApart()
 
 
-def rows_apart(rows: Iterable[Sequence[CellSlip]], times_s: Array) -> RowsApart:
-    """The greatest of each figure over the rows.
-
-    Parameters: rows: the cells of each row, in order; times_s (F,).
-    """
-    found = []
-    for cells in rows:
-        parts = [(_slip(part, times_s), scale) for part, scale in _parts(cells)]
-        known = [(_spread(slip, times_s), scale) for slip, scale in parts if slip is not None]
-        film, second = (max((one[k] * scale for one, scale in known), default=0.0) for k in (0, 1))
-        halves = [slip for slip, scale in parts if scale < 1.0 and slip is not None]
+def rows_apart(rows: Iterable[RowMotion], times_s: Array) -> RowsApart:
+    """The greatest of each figure over the rows; times_s (F,)."""
+    found = [TOGETHER]
+    for row in rows:
+        # A row, and its two halves of each second cell with the factor by which their noise is compared with the
+        # row's: neighbours that deviate in opposite ways would cancel in a row's mean, and a half has sqrt(2) times
+        # its noise.
+        parts = ((slice(None), 1.0), (slice(0, None, 2), math.sqrt(0.5)), (slice(1, None, 2), math.sqrt(0.5)))
+        known = [(slip, scale) for part, scale in parts if (slip := _slip(row, part, times_s)) is not None]
+        spreads = ([scale * figure for figure in _spread(slip, times_s)] for slip, scale in known)
+        film, second = map(max, zip((0.0, 0.0), *spreads, strict=True))
+        halves = [slip for slip, scale in known if scale < 1.0]
         # A row of one cell has no halves to compare.
         coherent = _shared(halves[0], halves[1], times_s) if len(halves) == 2 else film
         found.append(RowsApart(film, second, coherent))
@@ -106,21 +157,12 @@ def rows_apart(rows: Iterable[Sequence[CellSlip]], times_s: Array) -> RowsApart:
 
 def greatest(several: Iterable[RowsApart]) -> RowsApart:
     """The greatest of each figure."""
-    known = [TOGETHER, *several]
-    return RowsApart(*(max(getattr(one, name) for one in known) for name in ("film", "second", "coherent")))
+    return RowsApart(*map(max, zip(*map(astuple, (TOGETHER, *several)), strict=True)))
 
 
-def _parts(cells: Sequence[CellSlip]) -> list[tuple[Sequence[CellSlip], float]]:
-    """A row, and its two halves of each second cell with the factor by which their noise is compared with the row's:
-    neighbours that deviate in opposite ways would cancel in a row's mean, and a half has sqrt(2) times its noise.
-    """
-    half = math.sqrt(0.5)
-    return [(part, scale) for part, scale in ((cells, 1.0), (cells[::2], half), (cells[1::2], half)) if part]
-
-
-def _slip(cells: Sequence[CellSlip], times_s: Array) -> tuple[Array, Array] | None:
-    """Slip of several cells together, rad (F,), mean 0, and its weight (F,); None where their fringes are flat."""
-    along, power = (np.sum([getattr(cell, name) for cell in cells], axis=0) for name in ("along", "power"))
+def _slip(row: RowMotion, part: slice, times_s: Array) -> tuple[Array, Array] | None:
+    """Slip of some cells together, rad (F,), mean 0, and its weight (F,); None where their fringes are flat."""
+    along, power = (values[part].sum(axis=0) for values in (row.along, row.power))
     if not power.sum() > 0:
         return None
     along, power = (_moving_sums(values, SLIP_MEAN_S / max(_step_s(times_s), 1e-3)) for values in (along, power))

@@ -67,16 +67,6 @@ class Moments:
         ones, first = ((part * turn[: len(part)]) @ members.T for part in (self.ones, self.first))
         return Moments(members @ self.count, ones, first, members @ self.total, members @ self.square)
 
-    def change(self, shape: Complex, ahead_rad: Array) -> tuple[Array, Array]:
-        """Sums over frames of measured times expected change, and of expected change squared, at each place (N,).
-
-        Convention: changes are from the mean over the frames; ahead_rad (N,): phase of the cell at each place.
-        """
-        turn = np.exp(1j * np.outer(np.arange(len(self.ones)), ahead_rad))
-        ones, first = self.ones * turn, self.first * turn[: len(self.first)]
-        mean, along = ((shape @ part[: len(shape)]).real for part in (ones, first))
-        return along - mean * self.total / self.count, _squares(shape, ones) - mean**2 / self.count
-
 
 def moments(seen: Array, phase: Array) -> Moments:
     """Sums over the frames at each place of a row; seen: brightness in contrasts, phase: rad, both (F, N).
@@ -93,12 +83,6 @@ def moments(seen: Array, phase: Array) -> Moments:
     higher = by_cosine[::2] - by_sine[1::2] + 1j * (by_sine[::2] + by_cosine[1::2])
     ones = np.concatenate([ones, higher])
     return Moments(sums[0], ones, first, along[0], np.einsum("tn,tn->n", seen, seen))
-
-
-def _squares(shape: Complex, ones: Complex) -> Array:
-    """Sum of the shape squared, from `Moments.ones` (2 H + 1, ...)."""
-    # w^2 = Re( sum_hk c_h c_k e^{i(h+k)x} + c_h conj(c_k) e^{i(h-k)x} ) / 2, as w is a real part.
-    return np.asarray((np.convolve(shape, shape) @ ones).real + (_lags(shape) @ ones[: len(shape)]).real) / 2
 
 
 def _lags(shape: Complex) -> Complex:

@@ -160,12 +160,8 @@ def filmed_built(
     code = badge.gratings[index].code
     assert code is not None
     reference = reading.cells[index][code.reference_cell]
-    laws = [
-        law
-        for strip, law in zip(track.strips, measurement.predictions_rad, strict=True)
-        if strip.grating == index and law is not None
-    ]
-    law_rad = np.mean(laws, axis=0)
+    strips = zip(track.strips, measurement.strips, strict=True)
+    law_rad = np.mean([seen.predicted_rad for strip, seen in strips if strip.grating == index and seen], axis=0)
     clock = np.exp(1j * (field.clock_rad - (gain - 1) * law_rad))
     mean_turn = complex(clock.mean())
     wander = float(np.std(np.angle(clock / mean_turn)))

@@ -15,9 +15,8 @@ from moireid.optics import beat_period_mm
 from moireid.provenance import Seal
 from moireid.verifier import limits, measuring
 from moireid.verifier.fringes.signals import Measurement
-from moireid.verifier.identity.cell_motion import CellMotion, cell_motion_of
-from moireid.verifier.identity.cell_phase import CellPhase, CellsRead, Field, read_cells, uniform_fields
-from moireid.verifier.identity.cell_slip import TOGETHER, RowsApart, greatest, rows_apart
+from moireid.verifier.identity.cell_phase import CellsRead, Field, read_cells, uniform_fields
+from moireid.verifier.identity.cell_slip import TOGETHER, CellMotion, RowsApart, cell_motion_of, greatest, rows_apart
 from moireid.verifier.identity.page_scale import page_scale
 from moireid.verifier.reasons import Level, Reason, json_number
 from moireid.verifier.tracking.track import Track
@@ -126,16 +125,10 @@ def read_identity(track: Track, measurement: Measurement) -> CellReadings:
     fields = {index: options[index][option] for index, option in picked.items()}
     cells = tuple(plain[k] if k in plain else read(k, picked[k]) for k in range(len(badge.gratings)))
     # What the cells show of motion is measured once, under the fields that are used.
-    moved = {index: read_under(index, option).with_motion() for index, option in picked.items()}
-    apart = greatest(_rows_apart(track, index, fields[index], moved[index]) for index in coded)
-    return CellReadings(decoded, cells, fields, cell_motion_of(one.values() for one in moved.values()), apart)
-
-
-def _rows_apart(track: Track, grating: int, field: Field, cells: dict[int, CellPhase]) -> RowsApart:
-    """How far the code's rows of a grating move apart from its plain rows."""
-    times = track.times_s[track.cell_frames[field.read[track.cell_frames]]]
-    rows = ([cells[k].slip for k in strip.cells if k in cells] for strip in track.strips if strip.grating == grating)
-    return rows_apart(([slip for slip in row if slip is not None] for row in rows), times)
+    moved = {index: read_under(index, option).motion() for index, option in picked.items()}
+    times = {index: track.times_s[track.cell_frames[fields[index].read[track.cell_frames]]] for index in coded}
+    apart = greatest(rows_apart(moved[index], times[index]) for index in coded)
+    return CellReadings(decoded, cells, fields, cell_motion_of([*itertools.chain(*moved.values())]), apart)
 
 
 def judge_identity(
@@ -243,7 +236,7 @@ def _compare(
 
 
 def _cell_readings(
-    track: Track, measurement: Measurement, index: int, shifted: dict[int, CellPhase]
+    track: Track, measurement: Measurement, index: int, shifted: dict[int, CellReading]
 ) -> list[CellReading]:
     """One reading per cell of a grating; the strips of a uniform cell are averaged, weighted by their error bars.
 
@@ -254,8 +247,7 @@ def _cell_readings(
     readings = []
     for cell in range(len(track.badge.gratings[index].cells)):
         if cell in shifted:
-            seen = shifted[cell]
-            readings.append(CellReading(math.nan, math.inf, seen.phase_rad, seen.phase_sd_rad, seen.free_rad))
+            readings.append(shifted[cell])
             continue
         own = [
             phase

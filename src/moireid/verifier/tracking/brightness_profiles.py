@@ -17,7 +17,7 @@ from moireid.badge import Badge, Grating
 from moireid.errors import SpecError
 from moireid.frames import OwnFrame, own_rect
 from moireid.layers import is_smooth
-from moireid.smooth_lines import rims_mm
+from moireid.smooth_lines import cell_rows, rims_mm
 from moireid.verifier.kernel.page import PageRows, Points
 from moireid.verifier.picture import Picture, as_picture
 from moireid.verifier.tracking.registration import FOLLOWED_CORRELATION
@@ -118,22 +118,6 @@ def read_across_mm(grating: Grating, cell: int) -> tuple[float, float]:
 def rims_of(grating: Grating) -> tuple[tuple[float, float], ...]:
     """How much of each cell, from its borders, also shows its neighbours' lines: along and across the axis, mm."""
     return rims_mm(grating) if is_smooth(grating) else ((0.0, 0.0),) * len(grating.cells)
-
-
-def cell_rows(grating: Grating) -> list[tuple[int, ...]]:
-    """Cells grouped into rows with the same extent across the fringes' axis, each row from low to high along it.
-
-    A cell without a code, or a uniform one, is a row by itself.
-    """
-    roles = grating.code.roles if grating.code else ("reference",) * len(grating.cells)
-    rows: dict[tuple[float, float, int], list[int]] = {}
-    for index, (cell, role) in enumerate(zip(grating.cells, roles, strict=True)):
-        own = -1 if role == "phase" else index
-        _, top, _, bottom = own_rect(grating.axis, cell.rect_mm)
-        rows.setdefault((round(top, 4), round(bottom, 4), own), []).append(index)
-    return [
-        tuple(sorted(row, key=lambda k: own_rect(grating.axis, grating.cells[k].rect_mm)[0])) for row in rows.values()
-    ]
 
 
 def _span(grating: Grating, cells: tuple[int, ...]) -> tuple[float, float, float, float]:
