@@ -209,12 +209,12 @@ FORGED_GAINS, OWN_MOTION_S = (-2.0, 3.0), (0.5, 3.0)
 #: Delays that are fitted, s: an honest codec's lag ends at `MAX_LAG_S`, and a generator that lags by more than 2 s
 #: shows another motion.
 DELAYS_S = (0.2, 0.25, 0.3, 0.4, 0.5, 0.6, 0.75, 1.0, 1.25, 1.5, 1.75, 2.0)
-#: Most forgeries of a rival that are drawn at a time, and in all.  Derived: none alike of the first is fewer than 1 in
-#: 59; with the second, shares up to 1.3 in 100 are surely below 2 in 100, and from 2.8 in 100 on surely above.
+#: Most forgeries of a rival that are drawn at a time, and in all.  Derived: with the second, shares of a rival of one
+#: parameter up to 1.8 in 100 are surely below 2 in 100, and from 2.2 in 100 on surely above; of a motion of its own up
+#: to 1.5, and from 2.6 on.
 DRAWS, MOST_DRAWS = 400, 5000
-#: The Beta density by which a share's bounds are found, 1 hit and 50 misses, and how often a bound may be wrong.  Set
-#: by hand: any density gives valid bounds, and this one is closest to them near 2 in 100.
-SHARE_DENSITY, SHARE_UNSURE = (1.0, 50.0), 0.01
+#: How often a bound of a share may be wrong.  Derived: half as often as forgeries may look alike.
+SHARE_UNSURE = 0.01
 #: Phases that are drawn at a time.  Derived: an array of 400 kB, whose memory is used again and not asked for anew.
 DRAWN_VALUES = 50_000
 #: When a rival wins (read by `decision/comparison.py`, `decision/findings.py`, `session/chapters.py`):

@@ -375,7 +375,7 @@ def test_a_true_badge_on_one_sweep_is_inconclusive_with_the_rivals_that_remain()
     assert outcome.verdict == "inconclusive" and failed(outcome) == ["drift"]
     assert outcome.law_fits
     (drift,) = (reason for reason in outcome.reasons if reason.code == "drift")
-    assert drift.measured > 0.06 and drift.limit == 1 / LEAST_STRENGTH and drift.unit == "share"
+    assert drift.measured == pytest.approx(0.06) and drift.limit == 1 / LEAST_STRENGTH and drift.unit == "share"
     assert outcome.strength == one_in(drift.measured) < LEAST_STRENGTH
     assert f"1 in {outcome.strength} " in drift.text and "to and fro" in drift.text
 
