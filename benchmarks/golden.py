@@ -37,7 +37,7 @@ import numpy as np
 
 from moireid.badge import load_badge
 from moireid.verifier import Question, Report, verify
-from moireid.verifier.decision.judge import Invariant, judge_signals
+from moireid.verifier.decision.judge import Invariant, judge
 from moireid.verifier.decision.sheet_gain import SheetGain
 from moireid.verifier.fringes.grating_signal import GratingSignal
 from moireid.verifier.identity.cell_slip import RowsApart
@@ -87,7 +87,7 @@ class KeptFilm:
         if not self.signals:
             return Invariant("inconclusive", ()), list(self.others)
         how: dict[str, Any] = {"code_apart": self.apart, "page_off": self.page_off, "least_strength": strength}
-        motion = judge_signals(self.signals, self.sheet, **how)
+        motion = judge(self.signals, self.sheet, **how)
         return motion, [*motion.reasons, *self.others]
 
     def report(self) -> dict[str, Any]:

@@ -33,7 +33,7 @@ from outside.rivals import KINDS as FILMED_KINDS
 from moireid.badge import load_badge
 from moireid.verifier import Question, verify
 from moireid.verifier.camera.stretches import within_stretches
-from moireid.verifier.decision.judge import judge_signals
+from moireid.verifier.decision.judge import judge
 from moireid.verifier.fringes.grating_signal import GratingSignal
 from moireid.verifier.fringes.signals import measure
 from moireid.verifier.session.claim import sheet_of
@@ -128,7 +128,7 @@ def judged(task: Task) -> Row:
 
 def row_of(task: Task, kind: str, signals: tuple[GratingSignal, ...], claim: Question) -> Row:
     """The figures of one set of signals."""
-    found = judge_signals(signals, sheet_of(claim))
+    found = judge(signals, sheet_of(claim))
     figures = max(found.gratings, key=lambda one: one["information"], default={})
     law = found.explanations[0].parameters if found.explanations else {}
     return {

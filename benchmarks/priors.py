@@ -4,9 +4,9 @@ Films are those of `moireid lab bench natural --table FILE`, true and forged; wi
 `tests/data/explanations/films.csv`.  A film's half is drawn from its name: one half fits, the other is judged.
 
 Printed are: mean and standard deviation of what the law leaves, and of rows and places, on true films
-(`limits.EXPECTED`); slope and offset of the calibrated odds (`limits.CALIBRATION_SLOPE`); on the other half, of films
-at calibrated odds of 10^k, how many are true; and the cost of the log likelihood ratio, Cllr (Bruemmer and du Preez
-2006): 0 for perfect odds, 1 for a score that says nothing.
+(`limits.OWN_MOTION`, `PARTS`); slope and offset of the calibrated odds (`CALIBRATION_SLOPE`); on the other half, of
+films at calibrated odds of 10^k, how many are true; and the cost of the log likelihood ratio, Cllr (Bruemmer and du
+Preez 2006): 0 for perfect odds, 1 for a score that says nothing.
 """
 
 from __future__ import annotations
@@ -22,13 +22,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.verifier.decision.figures import calibrated_log10
-from moireid.verifier.explanations.residuals import scale_rad
-from moireid.verifier.limits import CALIBRATION_CAP_LOG10, CALIBRATION_OFFSET_LOG10, CALIBRATION_SLOPE, EXPECTED
+from moireid.verifier.limits import (
+    CALIBRATION_CAP_LOG10,
+    CALIBRATION_OFFSET_LOG10,
+    CALIBRATION_SLOPE,
+    OWN_MOTION,
+    PARTS,
+)
 from moireid_lab.bench.bench_frame import Bench, Row, Wish
 from moireid_lab.evaluation.statistics import cllr
 
 FILMS = Path(__file__).parents[1] / "tests/data/explanations/films.csv"
-COLUMNS_OF = {"wander": "residual_rad", "rows": "strip_wander_rad", "places": "place_wander_rad"}
+COLUMNS_OF = {"own_motion": "residual_rad", "rows": "strip_wander_rad", "places": "place_wander_rad"}
 OF_A_SHEET = ("gain_0.8", "gain_1.25", "filmed_gain_0.8", "filmed_gain_1.25")
 #: Widths of the bins of calibrated odds, powers of ten.
 BINS = (-2.5, -1.5, -0.5, 0.5, 1.5, 2.5)
@@ -43,12 +48,13 @@ def half(film: Film) -> int:
 
 def priors(films: list[Film]) -> Iterator[Row]:
     """Mean and standard deviation of the logarithm of each deviation over its unit, on true films."""
-    for name, one in EXPECTED.items():
+    for name, column in COLUMNS_OF.items():
+        one = OWN_MOTION if name == "own_motion" else PARTS[name]
         logs = []
         for film in films:
             error, motion, strip = (float(film[c]) for c in ("expected_error_rad", "excitation_rad", "strip_sd_rad"))
-            deviation = float(film[COLUMNS_OF[name]])
-            logs.append(math.log(max(deviation, 1e-6) / scale_rad(one, error, motion, strip)))
+            deviation = float(film[column])
+            logs.append(math.log(max(deviation, 1e-6) / one.unit_rad(motion, error, strip)))
         found = {"mean": float(np.mean(logs)), "sd": float(np.std(logs, ddof=1)), "most": max(logs)}
         yield {"deviation": name, "films": len(logs)} | found | {"mean in use": one.mean_log, "sd in use": one.sd_log}
 

@@ -20,7 +20,7 @@ from moireid.question import KnownCamera
 from moireid.simulate.analytic.analytic_renderer import AnalyticRenderer
 from moireid.simulate.motion import Poses
 from moireid.simulate.scene import Build, Camera, Instant, Scene
-from moireid.verifier.decision.judge import judge_signals
+from moireid.verifier.decision.judge import judge
 from moireid.verifier.fringes.signals import measure
 from moireid.verifier.fringes.strip_law import strip_law
 from moireid.verifier.identity.decode import judge_identity
@@ -216,7 +216,7 @@ def test_a_film_of_three_gratings_is_measured_and_read(hexagonal: Badge) -> None
     """Catches: strips read across the lines, a camera of another frame, cells in another order than written."""
     track = filmed(hexagonal, Building(scale=1.001, offset_rad=1.0, twist_rad_per_mm=0.02))
     measurement = measure(track, camera=KnownCamera(1450.0))
-    found = judge_signals(measurement.gratings)
+    found = judge(measurement.gratings)
     assert found.verdict == "accept"
     assert [figures["gain_ratio"] for figures in found.gratings] == pytest.approx([1.0] * 3, abs=0.03)
     identity = judge_identity(track, measurement, claimed_id=hexagonal.id)

@@ -4,7 +4,7 @@ They are grouped by the question that they answer.  The comment before each says
 
 - *derived*: from optics, statistics or manufacturers' figures; the reason is given;
 - *ray-traced films*: films by an outside ray tracer; `moireid lab bench natural` and `outside` make
-  such films anew, and `moireid lab bench priors` refits `EXPECTED` and the calibration of the score;
+  such films anew, and `moireid lab bench priors` refits `OWN_MOTION`, `PARTS` and the calibration of the score;
 - *set by hand*: by judgement alone.
 
 Each name ends with its unit: `_SHARE` and `_RATIO` are pure numbers, `_SDS` counts standard deviations, `_LOG10` is a
@@ -13,6 +13,7 @@ decadic logarithm.  Constants of measuring are in `measuring.py`: no explanation
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 # --- Is there enough to judge? ---------------------------------------------------------------------------------------
@@ -53,6 +54,8 @@ DOUBTED_MARKER_PX, SMALL_MARKER_DOUBT_RATIO, SMALL_MARKER_WORST_RATIO = 24.0, 1.
 
 #: A strip is partly covered if its error bar is this many times that of the clearest strip.  Set by hand.
 MAX_VAGUENESS_RATIO = 3.0
+#: Rows are covered from this share of rows and frames on.  Derived: one row of twelve in one frame of sixteen.
+MIN_ROWS_COVERED = 0.005
 #: At most this share of rows and frames may be covered.  Set by hand: the larger part must be seen.
 MAX_COVERED_SHARE = 0.5
 #: A hand is reported where it covers a marker in this share of the frames.  Set by hand: in fewer it may be smeared.
@@ -114,10 +117,6 @@ LASTING_S = 0.2
 #: Strips of a genuine badge share the camera's pose, so they move together within their noise.  Decision set: 0.030 rad
 #: at most on genuine films.  Patches that move independently show 0.15 and more.
 MAX_STRIP_WANDER_RAD = 0.1
-#: Rows of the code, and each second cell of one, move with the plain rows within so many radians and so large a share
-#: of the motion: over the film, and in its worst second.  188 honest films of an outside tracer and of `bench reality`:
-#: at most 0.11 and 0.21 rad (halves of a row over the root of 2), but for mixed frames and poor coding, 0.16 and 0.43.
-MAX_CODE_WANDER = ((0.12, 0.02), (0.25, 0.08))
 #: Spacing of the fringes against distance (`spacing`): a film whose gain differs from a badge's by more
 #: than the first is inconclusive.  Derived: half of the way to a table of photographs, whose gain is 0.  Error bars
 #: beyond the second: 99.7 % of a normal distribution.
@@ -153,7 +152,7 @@ LAW_MOTION_SHARE = 0.02
 
 @dataclass(frozen=True)
 class GenuineStatistics:
-    """One figure on genuine badges: mean and standard deviation of the logarithm of figure over unit.
+    """A deviation on genuine badges: mean and standard deviation of the logarithm of deviation over unit.
 
     The unit is the root of the sum of squares of `error_share` times the expected error of a frame, `floor_rad`, and
     `motion_share` times the motion.  strip_sd_share times a strip's error bar, and rounding_share times the error
@@ -168,18 +167,34 @@ class GenuineStatistics:
     rounding_share: float = 0.0
     motion_share: float = LAW_MOTION_SHARE
 
+    def unit_rad(
+        self, excitation_rad: float, error_rad: float, strip_sd_rad: float = 0.0, rounding_rad: float = 0.0
+    ) -> float:
+        """The unit of a film with that motion and those errors, rad."""
+        floor = max(self.floor_rad, self.strip_sd_share * strip_sd_rad, self.rounding_share * rounding_rad)
+        return math.hypot(self.error_share * error_rad, floor, self.motion_share * excitation_rad)
 
-#: Means and standard deviations of honest films.  `moireid lab bench priors` prints -1.09 and 0.37 for the wander of
-#: natural films; 188 films of `bench reality` give -0.5 and 0.35, and these are used.  None is below 0.35, set by hand:
-#: cameras and sheets vary more than in one collection.  Strips share the pose, so its error does not enter their
-#: figures, nor those of places.  In faint print, strips deviate by half of their error bars and more on
-#: ray-traced films, and so does a twelfth of a strip over half a second.  Errors that a codec repeats are not averaged:
-#: places have all of them, and strips, of a few coding blocks each, half.
-EXPECTED: dict[str, GenuineStatistics] = {
-    "wander": GenuineStatistics(1.0, 0.010, -0.55, 0.40, motion_share=0.01),
+    def quantile(self, sds: float, unit_rad: float) -> float:
+        """The deviation that is so many standard deviations beyond the mean, rad."""
+        return unit_rad * math.exp(self.mean_log + sds * self.sd_log)
+
+
+#: Means and standard deviations of honest films.  `moireid lab bench priors` prints -1.09 and 0.37 for the motion of
+#: its own on natural films; 188 films of `bench reality` give -0.5 and 0.35, and these are used.  Strips share the
+#: pose, so its error does not enter their figures, nor those of places.  In faint print, strips deviate by half of
+#: their error bars and more on ray-traced films, and so does a twelfth of a strip over half a second.  Errors that a
+#: codec repeats are not averaged: places have all of them, and strips, of a few coding blocks each, half.  Rows of the
+#: code: 105 honest films of `benchmarks/golden.py`.
+OWN_MOTION = GenuineStatistics(1.0, 0.010, -0.55, 0.40, motion_share=0.01)
+PARTS: dict[str, GenuineStatistics] = {
     "rows": GenuineStatistics(0.0, 0.010, -0.15, 0.35, strip_sd_share=0.7, rounding_share=0.5),
     "places": GenuineStatistics(0.0, 0.020, -0.05, 0.35, strip_sd_share=0.7, rounding_share=1.0),
+    "code": GenuineStatistics(0.0, 0.120, -1.27, 0.42),
+    "code_second": GenuineStatistics(0.0, 0.200, -1.39, 0.48, motion_share=0.06),
 }
+#: A part may deviate by the first, and proves a forgery from the second on.  Derived: of a normal distribution, one
+#: honest film in 1,000 shows one of its four figures beyond the first, and one in 100,000 beyond the second.
+USUAL_SDS, PROOF_SDS = 3.48, 4.56
 
 # --- Are the figures those of the badge that was enrolled? -----------------------------------------------------------
 
@@ -209,12 +224,12 @@ FORGED_GAINS, OWN_MOTION_S = (-2.0, 3.0), (0.5, 3.0)
 #: Delays that are fitted, s: an honest codec's lag ends at `MAX_LAG_S`, and a generator that lags by more than 2 s
 #: shows another motion.
 DELAYS_S = (0.2, 0.25, 0.3, 0.4, 0.5, 0.6, 0.75, 1.0, 1.25, 1.5, 1.75, 2.0)
-#: Most forgeries of a rival that are drawn at a time, and in all.  Derived: none alike of the first is fewer than 1 in
-#: 59; with the second, shares up to 1.3 in 100 are surely below 2 in 100, and from 2.8 in 100 on surely above.
+#: Most forgeries of a rival that are drawn at a time, and in all.  Derived: with the second, shares of a rival of one
+#: parameter up to 1.8 in 100 are surely below 2 in 100, and from 2.2 in 100 on surely above; of a motion of its own up
+#: to 1.5, and from 2.6 on.
 DRAWS, MOST_DRAWS = 400, 5000
-#: The Beta density by which a share's bounds are found, 1 hit and 50 misses, and how often a bound may be wrong.  Set
-#: by hand: any density gives valid bounds, and this one is closest to them near 2 in 100.
-SHARE_DENSITY, SHARE_UNSURE = (1.0, 50.0), 0.01
+#: How often a bound of a share may be wrong.  Derived: half as often as forgeries may look alike.
+SHARE_UNSURE = 0.01
 #: Phases that are drawn at a time.  Derived: an array of 400 kB, whose memory is used again and not asked for anew.
 DRAWN_VALUES = 50_000
 #: When a rival wins (read by `decision/comparison.py`, `decision/findings.py`, `session/chapters.py`):

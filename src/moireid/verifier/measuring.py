@@ -125,7 +125,7 @@ COVERED_MISFIT_RATIO, COVERED_MISFIT_CONTRASTS = 2.0, 0.2
 COVERED_CORRELATION, COVERED_CORRELATION_SDS = 0.03, 5.0
 #: Places within a strip: frames with a larger error bar of the phase are left out; shifts are averaged over this time
 #: (faster patches look like noise to the eye too); blocks with less than this share of the median information are left
-#: out, as they lie on a plateau of the fringe. Set by hand; `EXPECTED["places"]` was fitted with them.
+#: out, as they lie on a plateau of the fringe. Set by hand; `limits.PARTS` was fitted with them.
 PLACE_CLEAR_RAD, PLACE_MEAN_S, PLACE_MIN_INFORMATION_SHARE = 0.3, 0.5, 0.15
 #: The gain of one row, or of one place in it, may differ from the badge's by up to this share.  Derived: 0.05 mm of air
 #: more beneath the sheet move its fringes so much further; a sheet that is taped and not glued has waves of that size.

@@ -10,7 +10,7 @@ import pytest
 
 from moireid.asbuilt import AsBuilt
 from moireid.designer import Order, design_badge
-from moireid.verifier.decision.judge import Invariant, judge_signals
+from moireid.verifier.decision.judge import Invariant, judge
 from moireid.verifier.decision.sheet_gain import SheetGain, as_built, designed, to_measure
 from moireid.verifier.fringes.grating_signal import DepthLaw, GratingSignal
 from moireid.verifier.limits import BUILT_GAIN_ROOM_SHARE, BUILT_GAIN_SDS, ENROLLED_GAINS
@@ -33,7 +33,7 @@ def filmed(gain: float, *, wobble: float = 0.0, steady: bool = False, tangent_sd
 
 
 def judged(signal: GratingSignal, sheet: SheetGain) -> Invariant:
-    return judge_signals([signal.under(sheet.expected)], sheet)
+    return judge([signal.under(sheet.expected)], sheet)
 
 
 def level(outcome: Invariant, code: str) -> str:
@@ -66,8 +66,8 @@ def test_another_sheet_excuses_nothing_else():
 
 def test_a_board_of_no_known_sheet_has_no_wider_room():
     """Catches: a wider window where no one asks for one."""
-    assert judge_signals([filmed(0.72)]).verdict == "inconclusive"
-    assert judge_signals([filmed(0.9)]).verdict == "accept"
+    assert judge([filmed(0.72)]).verdict == "inconclusive"
+    assert judge([filmed(0.9)]).verdict == "accept"
 
 
 def test_enrolment_measures_the_gain_over_a_finite_range():

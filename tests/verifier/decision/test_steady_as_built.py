@@ -10,7 +10,7 @@ import pytest
 from kit.fringe_signals import clock, fringe_signal, lasting_noise, trajectory
 from moireid.asbuilt import AsBuilt
 from moireid.designer import Order, design_badge
-from moireid.verifier.decision.judge import Invariant, judge_signals
+from moireid.verifier.decision.judge import Invariant, judge
 from moireid.verifier.decision.sheet_gain import SheetGain, as_built, designed
 from moireid.verifier.fringes.grating_signal import GratingSignal
 from moireid.verifier.limits import BUILT_GAIN_ROOM_SHARE, FORGED_GAINS
@@ -34,7 +34,7 @@ def shares(outcome: Invariant) -> dict[str, float | None]:
 
 
 def judged(film: GratingSignal, sheet: SheetGain = KNOWN, constant: float | None = CONSTANT_RAD) -> Invariant:
-    return judge_signals([film], sheet, constant_room_rad=constant)
+    return judge([film], sheet, constant_room_rad=constant)
 
 
 def undecided(outcome: Invariant) -> list[str]:

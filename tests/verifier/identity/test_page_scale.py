@@ -11,7 +11,7 @@ from kit.numeric_films import FOCAL, Building, filmed
 from moireid.badge import Badge
 from moireid.designer import Order, design_badge, payload_from_hex
 from moireid.question import KnownCamera
-from moireid.verifier.decision.judge import judge_signals
+from moireid.verifier.decision.judge import judge
 from moireid.verifier.fringes.signals import measure
 from moireid.verifier.identity.decode import Identity, judge_identity
 
@@ -26,7 +26,7 @@ def judged(badge: Badge, built: Building) -> tuple[Identity, str]:
     track = filmed(badge, built)
     measurement = measure(track, camera=KnownCamera(FOCAL))
     identity = judge_identity(track, measurement, claimed_id=badge.id)
-    return identity, judge_signals(measurement.gratings, page_off=identity.page_off).verdict
+    return identity, judge(measurement.gratings, page_off=identity.page_off).verdict
 
 
 def off(identity: Identity) -> float | None:

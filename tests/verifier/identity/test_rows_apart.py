@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
-from typing import Any
-
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from moireid.verifier.decision.findings import rows_agree
+from moireid.verifier.decision.figures import Figures
+from moireid.verifier.decision.parts import parts, parts_of
 from moireid.verifier.identity.cell_slip import RowMotion, RowsApart, rows_apart
 
 Array = NDArray[np.float64]
@@ -24,9 +22,7 @@ def row(rng: np.random.Generator, motion: Array, noise_rad: float) -> RowMotion:
 
 
 def level(apart: RowsApart, excitation_rad: float = 1.5) -> str:
-    figures: Any = SimpleNamespace(strip_wander_rad=0.0, expected_error_rad=0.01, excitation_rad=excitation_rad)
-    compared: Any = [SimpleNamespace(figures=figures)]
-    return rows_agree(compared, apart).level
+    return parts(parts_of([Figures(excitation_rad=excitation_rad)], apart)).level
 
 
 def test_noise_is_neither_accepted_nor_rejected(rng: np.random.Generator) -> None:

@@ -24,10 +24,12 @@ from moireid.idcodes import DecodeResult
 from moireid.provenance import BadgeHolder, Exclusion, Provenance, Standing
 from moireid.verifier import Question, limits
 from moireid.verifier.damage import DamageWatch, claimed_finding
-from moireid.verifier.decision import findings, judge
+from moireid.verifier.decision import findings, photographs
 from moireid.verifier.decision.comparison import Explanation, GratingComparison
+from moireid.verifier.decision.doubts import doubts_of
 from moireid.verifier.decision.figures import Figures
-from moireid.verifier.decision.judge import Invariant, judge_signals
+from moireid.verifier.decision.judge import Invariant, judge
+from moireid.verifier.decision.parts import parts, parts_of
 from moireid.verifier.decision.sheet_gain import DESIGNED, gain_reason
 from moireid.verifier.explanations.photographs.fringe_spacing import Spacing
 from moireid.verifier.explanations.words import WORDS
@@ -84,12 +86,11 @@ def compared(**more: Any) -> GratingComparison:
 
 
 def troubled(**of_signal: Any) -> Sequence[Reason]:
-    """The findings of a film that leaves the law, with the honest cause that its signal shows."""
+    """A film that leaves the law, with the honest cause that its signal shows."""
     small = "doubt" in of_signal
-    bad = compared(residual_rad=1.5, doubted=not small, reach=(0.5, 2.0), figures=mean(expected_error_rad=0.3 * small))
+    bad = compared(residual_rad=1.5, doubted=not small, figures=mean(expected_error_rad=0.3 * small))
     open_ = Reason("residual", "undecided", 1.5, 1.0, "rad", "It leaves the law.")
-    good = Reason("gain", "pass", 1.0, 0.1, "ratio", "Good.")
-    return findings.with_nuisances([good, open_, replace(good, code="agreement")], [signal(**of_signal)], [bad])
+    return [open_, *doubts_of([(signal(**of_signal), bad)], page_off=False, steep_share=0.0).findings]
 
 
 def moved_unseen() -> Sequence[Reason]:
@@ -101,7 +102,7 @@ def moved_unseen() -> Sequence[Reason]:
 
 def remaining(name: str) -> Sequence[Reason]:
     row = Explanation(name, -2.0, {"late_s": 0.3, "start_s": 1.0, "end_s": 2.0}, None, True)
-    return findings.rivals([row], 1.2, law_fits=True, allowed_share=0.02)
+    return findings.rivals([row], law_fits=True, allowed_share=0.02)
 
 
 def read(found: str | None, claimed: str | None, *, beats: bool | None = True) -> Sequence[Reason]:
@@ -175,27 +176,27 @@ def carried(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Sequence[Reason]
 def evidence(badge: Badge, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Sequence[Reason]]:
     """What causes each reason, undecided where it can be that."""
     yield [chapters._badge_absent(replace(no_track(badge, 300, (640, 480)), times_s=np.arange(9) / 30))]
-    yield judge_signals([fringe_signal(LAW, LAW, phase_sd=np.inf)]).reasons
-    yield judge_signals([signal(0.05 * LAW, 0.05 * LAW)]).reasons
+    yield judge([fringe_signal(LAW, LAW, phase_sd=np.inf)]).reasons
+    yield judge([signal(0.05 * LAW, 0.05 * LAW)]).reasons
     yield moved_unseen()
     yield findings.evidence([signal(stray_share=0.9, covered_share=0.9, focal_at_limit=True)], mean(), enough=True)
-    yield judge_signals([signal()]).reasons
-    yield judge_signals([signal(ODD)]).reasons
-    yield [gain_reason(1.1, 0.4, DESIGNED)]
-    yield judge_signals([replace(signal(0.4 * LAW), lens_room=(0.2, 1.0))]).reasons
+    yield judge([signal()]).reasons
+    yield judge([signal(ODD)]).reasons
+    yield [gain_reason(1.1, 0.4, DESIGNED, (0.2, 9.0))]
+    yield judge([replace(signal(0.4 * LAW), lens_room=(0.2, 1.0))]).reasons
     yield [page_scale.mirrored_finding(0.97)]
-    yield judge_signals([signal(-LAW, steep=np.ones(FRAMES, bool))]).reasons
-    yield findings.law_fits([compared(residual_rad=1.5)])
-    yield [findings.rows_agree([compared()], RowsApart(1.0, 1.0, 0.0))]
+    yield judge([signal(-LAW, steep=np.ones(FRAMES, bool))]).reasons
+    yield [findings.residual([compared(residual_rad=1.5)], prove=True)]
+    yield [parts(parts_of([mean()], RowsApart(1.0, 1.0, 0.0)))]
     yield troubled(lasting_px=99.0)
     yield troubled(mixed_share=0.9)
     yield troubled(doubt=9.0)
     yield from (remaining(name) for name in RIVALS)
-    yield [judge._at_one_distance(Spacing(0.0, 0.01))[1]]
+    yield [photographs._at_one_distance(Spacing(0.0, 0.01))[1]]
     turned = SimpleNamespace(seen=True, photographs=3, share=0.5, log10_odds=-2.0, certain=0.5)
-    yield [judge._in_turn(turned)[1]]  # type: ignore[arg-type]
+    yield [photographs._in_turn(turned)[1]]  # type: ignore[arg-type]
     soft = SimpleNamespace(seen=False, surplus=0.0, limit=1.0, let_through=1.0, log10_odds=-2.0)
-    yield [judge._superposed(soft)[1]]  # type: ignore[arg-type]
+    yield [photographs._superposed(soft)[1]]  # type: ignore[arg-type]
     yield read(None, ADA)
     yield read(ADA, badge.id)
     yield read(ADA, ADA, beats=None)

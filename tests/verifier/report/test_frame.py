@@ -17,7 +17,7 @@ from kit.numeric_films import FRAMES, TYPICAL, filmed
 from moireid.badge import Badge
 from moireid.errors import MediaError
 from moireid.question import KnownCamera
-from moireid.verifier.decision.judge import judge_signals
+from moireid.verifier.decision.judge import judge
 from moireid.verifier.fringes.signals import measure
 from moireid.verifier.identity.decode import Identity
 from moireid.verifier.report.seconds import frame_picture, moment_to_show
@@ -78,7 +78,7 @@ def report_on(badge: Badge, path: Path, verdict: str = "accept") -> Report:
     track = filmed(badge, TYPICAL)
     track = replace(track, correlations=np.where(np.arange(FRAMES) == 30, 0.99, 0.5), image_px=(1920, 1080))
     measurement = measure(track, camera=KnownCamera(1450.0))
-    invariant = replace(judge_signals(measurement.gratings), verdict=verdict)
+    invariant = replace(judge(measurement.gratings), verdict=verdict)
     film = Film(path).described()
     counts, timing = {"read": 60, "tracked": 60}, {"total_s": 1.0, "stages": {}}
     return Report(verdict, (), invariant, Identity("match", ()), film, counts, timing, (), track, measurement)

@@ -28,7 +28,7 @@ from moireid.errors import SpecError
 from moireid.provenance import BadgeHolder, Exclusion, Standing
 from moireid.question import KnownCamera
 from moireid.verifier.decision.figures import in_words
-from moireid.verifier.decision.judge import Invariant, Segment, judge_signals
+from moireid.verifier.decision.judge import Invariant, Segment, judge
 from moireid.verifier.explanations.words import does
 from moireid.verifier.fringes.signals import Measurement, measure
 from moireid.verifier.identity.decode import Identity
@@ -67,7 +67,7 @@ def judged(text: str) -> tuple[Track, Measurement, Invariant]:
     measurement = measure(track, camera=KnownCamera(1450.0))
     camera = replace(measurement.camera, focal_px=1432.1, focal_sd_px=11.2, focal_given=False, shutter_s=0.0123)
     measurement = replace(measurement, camera=camera)
-    return track, measurement, judge_signals(measurement.gratings)
+    return track, measurement, judge(measurement.gratings)
 
 
 def report_of(

@@ -15,7 +15,7 @@ from kit.numeric_films import TYPICAL, filmed
 from moireid.badge import Badge
 from moireid.question import KnownCamera
 from moireid.verifier.decision.comparison import CONTAINING, Explanation, cause_of
-from moireid.verifier.decision.judge import judge_signals
+from moireid.verifier.decision.judge import judge
 from moireid.verifier.explanations.honest import PhaseSeries
 from moireid.verifier.explanations.rivals import RIVALS, Rival
 from moireid.verifier.explanations.words import WORDS, does
@@ -109,11 +109,11 @@ def test_what_is_named_is_the_best_by_far_and_explains_the_film() -> None:
         cause = cause_of(rivals_in(document(*entries)))
         return None if cause is None else cause.name
 
-    drift, wander = entry("drift", -5.4, **fits), entry("wander", -27.0)
-    assert named(entry("still", -1.0), drift, entry("late", -4.3, **fits), wander) == "drift"
-    assert named(drift, entry("late", -5.6, **fits), wander) == "wander"
-    assert named(entry("drift", -5.4, deviation_rad=0.2, limit_rad=0.1), wander) == "wander"
-    assert named(entry("drift", 4.0, **fits), wander) == "wander"
+    drift, own = entry("drift", -5.4, **fits), entry("own_motion", -27.0)
+    assert named(entry("still", -1.0), drift, entry("late", -4.3, **fits), own) == "drift"
+    assert named(drift, entry("late", -5.6, **fits), own) == "own_motion"
+    assert named(entry("drift", -5.4, deviation_rad=0.2, limit_rad=0.1), own) == "own_motion"
+    assert named(entry("drift", 4.0, **fits), own) == "own_motion"
     assert named(entry("drift", -0.9, **fits), entry("late", 3.0)) is None
 
 
@@ -151,7 +151,7 @@ def test_a_rival_s_own_fringes_are_fitted_whole(rival: Rival) -> None:
 def report_of(badge: Badge) -> Report:
     track = filmed(badge, TYPICAL)
     measurement = measure(track, camera=KnownCamera(1450.0))
-    invariant = judge_signals(measurement.gratings)
+    invariant = judge(measurement.gratings)
     who = Identity("not_claimed", ())
     film = {"path": "film.mp4", "sha256": "ab" * 32, "width": 1920, "height": 1080, "fps": 30.0}
     frames = {"read": 90, "tracked": 90}
@@ -171,8 +171,8 @@ def test_the_plot_names_the_rival_that_is_nearest(ada: Badge) -> None:
 
     law = Explanation("law", 0.0, {}, None, True)
     drift, late = Explanation("drift", 1.0, {}, 0.06, True), Explanation("late", 1.0, {"late_s": 2.0}, 0.99, True)
-    wander = Explanation("wander", -9.0, {}, None, True)
-    for rows, name in (((law, drift, late), "late"), ((law, replace(drift, log10_odds=-4.0), late, wander), "drift")):
+    own = Explanation("own_motion", -9.0, {}, None, True)
+    for rows, name in (((law, drift, late), "late"), ((law, replace(drift, log10_odds=-4.0), late, own), "drift")):
         found = shaped_rival(with_table(*rows))
         assert found is not None and found.name == name
     assert rival_plot(with_table()) is None and rival_plot(replace(report, measurement=None)) is None

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from kit.fringe_signals import FRAMES, apart_from, clock, fringe_signal, lasting_noise, trajectory
-from moireid.verifier.decision.judge import judge_signals
+from moireid.verifier.decision.judge import judge
 from moireid.verifier.decision.sheet_gain import DESIGNED
 from moireid.verifier.fringes.grating_signal import GratingSignal
 from moireid.verifier.identity.decode import Identity
@@ -23,7 +23,7 @@ def chapter(signals: list[GratingSignal], *, page_off: bool = False) -> Chapter:
     fields: dict[str, Any] = dict.fromkeys(Chapter.__dataclass_fields__)
     fields |= {"signals": tuple(signals), "span_s": (0.0, 5.0), "sheet": DESIGNED}
     fields["identity"] = Identity("match", (mirrored_finding(0.97),) if page_off else ())
-    return Chapter(**fields | {"invariant": judge_signals(signals, DESIGNED, page_off=page_off)})
+    return Chapter(**fields | {"invariant": judge(signals, DESIGNED, page_off=page_off)})
 
 
 def two_gratings(*, seed: int, own_rad: float = 0.0, **how: Any) -> list[GratingSignal]:

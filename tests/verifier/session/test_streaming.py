@@ -87,7 +87,7 @@ def true(whole, prototype: Badge) -> chapters.Chapter:
 def test_a_moment_that_breaks_the_law_is_not_averaged_away(true):
     """Catches: minutes of truth in which two forged seconds drown."""
     backwards = tuple(replace(signal, measured_rad=-signal.measured_rad) for signal in true.signals)
-    forged = replace(true, invariant=chapters.judge_signals(backwards), signals=backwards)
+    forged = replace(true, invariant=chapters.judge(backwards), signals=backwards)
     assert forged.invariant.verdict == "reject"
     together = invariant_of([true] * 100 + [forged])
     assert together.verdict == "reject"

@@ -1,15 +1,12 @@
 """The table of explanations of one grating: the law with what an honest film adds, and each rival's odds and share.
 
 1. Fit the law with bounded nuisances (`explanations.honest`).
-2. Odds of the law over each rival that does not contain it, by the residuals that both leave (`explanations.rivals`).
-3. Spells: does a forgery fit better than the law for a while? (`explanations.rivals`)
-4. Odds over rivals that contain the law: a motion of its own on top, rows or places on clocks of their own
-   (`explanations.residuals`).
-5. How often would a rival that knows nothing of the law look as law-like as this film does? (`explanations.rivals`,
+2. Odds of the law over each rival, by the residuals that both leave (`explanations.rivals`).  Rivals that contain the
+   law always fit at least as well; they enter with a penalty for their freedom (`explanations.residuals`).
+3. How often would a rival that knows nothing of the law look as law-like as this film does? (`explanations.rivals`,
    `explanations.strength`)
 
-Convention: odds are decadic logarithms of the law's over the rival's, above 0 where the law is likelier.  Rivals that
-contain the law always fit at least as well; they enter with a penalty for their freedom (4).
+Convention: odds are decadic logarithms of the law's over the rival's, above 0 where the law is likelier.
 """
 
 from __future__ import annotations
@@ -25,13 +22,12 @@ from numpy.typing import NDArray
 from moireid.verifier import limits
 from moireid.verifier.decision.figures import Figures, figures_of
 from moireid.verifier.decision.sheet_gain import SheetGain
-from moireid.verifier.explanations.honest import HonestModel, Room, phase_series
+from moireid.verifier.explanations.honest import HonestModel, PhaseSeries, Room, phase_series
 from moireid.verifier.explanations.residuals import (
-    containing_odds,
     credible_error_rad,
     deviation_rad,
     independent_samples,
-    log10_odds,
+    own_motion_odds,
     residual_limit_rad,
 )
 from moireid.verifier.explanations.rivals import RIVALS, lookalike_shares, rival_odds, worst_spell
@@ -43,9 +39,7 @@ Array = NDArray[np.float64]
 #: The honest explanation's name in the table.
 LAW = "law"
 #: Rivals that contain the law, or are it but for a while: they lower a score where they fit better, and never raise it.
-CONTAINING = ("wander", "rows", "places", "spell")
-#: Of these, those that say that parts of the badge move apart.
-PARTS = ("rows", "places")
+CONTAINING = ("own_motion", "spell")
 #: Time in which a film leaves the law most, s: as the worst second of the code's rows.
 WORST_S = 1.0
 
@@ -74,11 +68,6 @@ class Explanation:
         return self.log10_odds is not None and self.log10_odds < -limits.MAX_RIVAL_LOG10
 
     @property
-    def beats(self) -> bool:
-        """Whether it fits so much better that a film which the law cannot explain is rejected."""
-        return self.log10_odds is not None and self.log10_odds <= -limits.REJECTED_LOG10
-
-    @property
     def close(self) -> bool:
         """Whether it leaves no more of the film than the law may leave of one that could be honest."""
         left, limit = (self.parameters.get(name) for name in ("deviation_rad", "limit_rad"))
@@ -105,7 +94,6 @@ class GratingComparison:
     possible_rad: what an honest film may leave to be accepted, and what it can leave at all; doubted: whether the
     camera may have changed within the film; reach: gains that an honest badge may then have; usual: whether the gain is
     one of a build of usual parts before the camera that was solved, without which the film is not accepted;
-    ahead_log10: of the law with a gain that any build and camera can give, over the law with such a usual one;
     nuisances_rad: by name; rivals: the table without the law's row; allowed_share: what an acceptance allows of rivals
     that would look alike.
     """
@@ -118,7 +106,6 @@ class GratingComparison:
     doubted: bool = False
     reach: Room = (0.0, math.inf)
     usual: bool = True
-    ahead_log10: float = 0.0
     nuisances_rad: dict[str, float] | None = None
     rivals: tuple[Explanation, ...] = ()
     allowed_share: float = 1 / limits.LEAST_STRENGTH
@@ -132,17 +119,6 @@ class GratingComparison:
     def possible(self) -> bool:
         """Whether the law could explain it with errors as large as honest films ever have."""
         return self.residual_rad <= self.possible_rad
-
-    @property
-    def beaten(self) -> bool:
-        """Whether a rival explains the film far better than the law does with any possible gain, or a free motion on
-        top of it does.
-        """
-        return any(
-            one.log10_odds is not None
-            and one.log10_odds + (0.0 if one.name in CONTAINING else self.ahead_log10) <= -limits.REJECTED_LOG10
-            for one in self.rivals
-        )
 
     @property
     def score(self) -> float:
@@ -169,9 +145,9 @@ def compare(
     signal: GratingSignal,
     sheet: SheetGain,
     *,
+    doubted: bool = False,
     constant_room_rad: float | None = None,
     shares: bool = True,
-    doubted: bool = False,
     allowed_share: float = 1 / limits.LEAST_STRENGTH,
 ) -> GratingComparison:
     """The comparison of one grating.
@@ -182,12 +158,12 @@ def compare(
         Under the gain that `sheet` expects.
     sheet : SheetGain
         Gains that the badge may have.
+    doubted : bool
+        Whether the camera may have changed within the film (`Doubts`), which widens the room of gain and residual.
     constant_room_rad : float, optional
         As `lookalike_shares`, rad.
     shares : bool
         Whether to ask how often rivals would look alike, which takes most of the time.
-    doubted : bool
-        Whether something else than this grating shows that the camera changed.
     allowed_share : float
         Largest share of look-alikes that an acceptance allows.
 
@@ -197,11 +173,9 @@ def compare(
         Without rivals if the grating hardly moved, or no frame can be read.
     """
     figures = figures_of(signal)
-    moved = figures.excitation_rad >= enough_motion_rad(figures.expected_error_rad)
     series = phase_series(signal)
-    if not moved or series is None:
+    if figures.excitation_rad < enough_motion_rad(figures.expected_error_rad) or series is None:
         return GratingComparison(figures, moved=False)
-    doubted = doubted or camera_doubted(signal)
     reach = sheet.reach if not doubted else (sheet.reach[0] / limits.MOST_ZOOM, sheet.reach[1] * limits.MOST_ZOOM)
     # A gain that is uncertain leaves as much of the phase uncertain.
     vague = limits.GAIN_REJECTED_SDS * figures.tangent_sd * abs(figures.gain_ratio)
@@ -226,62 +200,40 @@ def compare(
     if shares and usual and deviation <= limit:
         room = sheet.room_for(figures.gain_sd)
         asked = lookalike_shares(model, residual, room, allowed=allowed_share, constant_room_rad=constant_room_rad)
-    rows = _rows_apart(model, residual, asked, allowed_share)
+    rows = []
     first_s = float(signal.times_s[np.isfinite(signal.phase_sd_rad)][0])
-    rows += _rows_within(shape, figures, deviation, credible_error_rad(excitation, signal.doubt * error), first_s)
+    left = shape.robust_residual_rad()
+    own, samples = float(series.weight @ residual**2), independent_samples(residual)
+    for rival in RIVALS:
+        odds, parameters = rival_odds(rival, series, own, samples, model.room) or (None, {})
+        if rival.variants is None:
+            odds = own_motion_odds(deviation, excitation, credible_error_rad(excitation, signal.doubt * error))
+            parameters = {"motion_share": deviation / excitation} | _worst_span(series, left, first_s)
+        as_good = rival.name == "drift" and odds is not None and odds < limits.MAX_RIVAL_LOG10
+        rows.append(_row(rival.name, odds, parameters, asked.get(rival.name), allowed_share, as_good=as_good))
+    if (spell := worst_spell(series, left)) is not None:
+        rest = left[(series.times_s < spell.start_s) | (series.times_s > spell.end_s)]
+        at = {"gain": spell.gain, "start_s": first_s + spell.start_s, "end_s": first_s + spell.end_s}
+        at["deviation_rad"] = deviation_rad(rest, series.step_s)
+        rows.append(_row("spell", spell.log10_odds, at))
     # A film that could be honest leaves up to this; a rival that leaves more does not explain it.
     bound = {"limit_rad": limits.POSSIBLE_RESIDUAL_RATIO * limit}
     rows = [
         replace(row, parameters=row.parameters | bound) if "deviation_rad" in row.parameters else row for row in rows
     ]
     nuisances = {name: float(value) for name, value in zip(model.names, fit.nuisances_rad[:, 0], strict=True)}
-    own, any_gain = (float(series.weight @ left**2) for left in (residual, shaped))
-    ahead = log10_odds(any_gain, own, len(series.times_s), independent_samples(shaped))
     return GratingComparison(
-        figures, True, deviation, limit, possible, doubted, reach, usual, ahead, nuisances, tuple(rows), allowed_share
+        figures, True, deviation, limit, possible, doubted, reach, usual, nuisances, tuple(rows), allowed_share
     )
 
 
-def _rows_apart(
-    model: HonestModel, residual_rad: Array, shares: dict[str, LookalikeShare], allowed_share: float
-) -> list[Explanation]:
-    """The rows of whole-film rivals; residual_rad: what the law leaves; shares: by the rivals' names."""
-    own, samples = float(model.series.weight @ residual_rad**2), independent_samples(residual_rad)
-    rows = []
-    for rival in RIVALS:
-        odds = rival_odds(rival, model.series, own, samples, model.room)
-        value, parameters = odds if odds is not None else (None, {})
-        as_good = rival.name == "drift" and value is not None and value < limits.MAX_RIVAL_LOG10
-        rows.append(_row(rival.name, value, parameters, shares.get(rival.name), allowed_share, as_good=as_good))
-    return rows
-
-
-def _rows_within(
-    model: HonestModel, figures: Figures, left_rad: float, error_rad: float, first_s: float
-) -> list[Explanation]:
-    """The rows of rivals that contain the law, or are it but for a while.
-
-    Parameters: left_rad: how far the film leaves the law; first_s: when the series begins, in the film's time.
-    """
-    rows, times, residual = [], model.series.times_s, model.robust_residual_rad()
-    spell = worst_spell(model.series, residual)
-    if spell is not None:
-        rest = residual[(times < spell.start_s) | (times > spell.end_s)]
-        at = {"gain": spell.gain, "start_s": first_s + spell.start_s, "end_s": first_s + spell.end_s}
-        at["deviation_rad"] = deviation_rad(rest, model.series.step_s)
-        rows.append(_row("spell", spell.log10_odds, at))
-    deviations = {"wander": left_rad, "rows": figures.strip_wander_rad, "places": figures.place_wander_rad}
-    strips = {"strip_sd_rad": figures.strip_sd_rad, "rounding_rad": figures.rounding_rad}
-    odds = containing_odds(deviations, figures.excitation_rad, error_rad, **strips)
-    blocks = min(max(round(WORST_S / model.series.step_s), 1), len(residual))
-    worst = np.convolve(residual**2, np.ones(blocks), "same")
-    middle_s = first_s + float(times[np.argmax(worst)])
-    span_s = max(middle_s - WORST_S / 2, first_s), min(middle_s + WORST_S / 2, first_s + float(times[-1]))
-    for name, value in odds.items():
-        at = {"motion_share": deviations[name] / figures.excitation_rad}
-        at |= dict(zip(("start_s", "end_s"), span_s, strict=True)) if name == "wander" else {}
-        rows.append(_row(name, value, at))
-    return rows
+def _worst_span(series: PhaseSeries, left_rad: Array, first_s: float) -> dict[str, float]:
+    """When the film leaves the law most; first_s: when the series begins, in the film's time."""
+    times = series.times_s
+    blocks = min(max(round(WORST_S / series.step_s), 1), len(times))
+    middle_s = first_s + float(times[np.argmax(np.convolve(left_rad**2, np.ones(blocks), "same"))])
+    start_s = max(middle_s - WORST_S / 2, first_s)
+    return {"start_s": start_s, "end_s": min(middle_s + WORST_S / 2, first_s + float(times[-1]))}
 
 
 def simplest(rivals: Sequence[Explanation]) -> Explanation | None:
@@ -294,11 +246,10 @@ def simplest(rivals: Sequence[Explanation]) -> Explanation | None:
 def cause_of(table: Sequence[Explanation]) -> Explanation | None:
     """The rival that says what the fringes of a film do instead of the law; None where none is better than the law.
 
-    1. Parts that move apart by more than any film's errors: `rows`, `places`.  Their mean is no motion of the badge's.
-    2. What was measured of the whole motion, where it leaves as little as the law must: `still`, `another_gain`.
-    3. Another motion of the whole film that leaves as little, and is better than all others by more than chance; then
+    1. What was measured of the whole motion, where it leaves as little as the law must: `still`, `another_gain`.
+    2. Another motion of the whole film that leaves as little, and is better than all others by more than chance; then
        the law but for a while, if it leaves as little of the rest of the film.
-    4. Else only that the fringes differ from the law, or that parts do.
+    3. Else only that the fringes move by themselves.
 
     Convention: table: of a film, without the law's own row.
     """
@@ -306,10 +257,9 @@ def cause_of(table: Sequence[Explanation]) -> Explanation | None:
     better = [one for one in table if one.better]
     close = [one for one in better if one.close]
     measured = [one for one in close if one.name in ("still", "another_gain")]
-    apart = simplest([one for one in better if one.name in PARTS and one.beats])
     clear = [one for one in close if one.name == "spell" or (one in whole and one.ahead_of(whole))]
-    rest = simplest([one for one in better if one.name in ("wander", *PARTS)])
-    return apart or next(iter([*measured, *clear]), rest)
+    rest = [one for one in better if one.name == "own_motion"]
+    return next(iter([*measured, *clear, *rest]), None)
 
 
 def merge_chapters(parts: Sequence[GratingComparison], figures: Figures) -> GratingComparison:
@@ -338,7 +288,6 @@ def merge_chapters(parts: Sequence[GratingComparison], figures: Figures) -> Grat
     doubted = any(part.doubted for part in moved)
     reach = min(part.reach[0] for part in moved), max(part.reach[1] for part in moved)
     most, usual = max(moved, key=lambda part: part.figures.information), all(part.usual for part in moved)
-    ahead = sum(part.ahead_log10 for part in moved)
     return GratingComparison(
         figures,
         True,
@@ -348,7 +297,6 @@ def merge_chapters(parts: Sequence[GratingComparison], figures: Figures) -> Grat
         doubted,
         reach,
         usual,
-        ahead,
         most.nuisances_rad,
         rows,
         moved[0].allowed_share,
@@ -400,13 +348,6 @@ def _row(
         return Explanation(name, odds, parameters, None, remains, as_good=as_good)
     remains |= share.at_most > allowed_share or as_good
     return Explanation(name, odds, parameters, share.share, remains, share.at_most, as_good)
-
-
-def camera_doubted(signal: GratingSignal) -> bool:
-    """Whether the film's own picture shows that it was zoomed, reframed, stabilised or mixed within."""
-    return bool(
-        signal.lasting_px > limits.MAX_LASTING_PX or signal.mixed_share > limits.MAX_MIXED_SHARE or signal.zoom > 1
-    )
 
 
 def film_table(gratings: list[GratingComparison]) -> tuple[Explanation, ...]:

@@ -1,30 +1,20 @@
 """The motion invariant: does the law explain this film, and does any rival explain it as well?
 
-1. Is there enough to judge: fringes, motion, badge uncovered, one camera?
-2. The gain: is it one that this badge's sheet may have? (`sheet_gain`)
-3. The law: does it explain the phase in absolute terms, nuisances allowed? (`comparison`)
-4. Rivals: does any fit better, and would any look as law-like as this film does?
-5. Photographs: do the fringes' spacing and shape follow the law, too? (`photographs`)
+1. Is there enough to judge: fringes, motion, badge uncovered? (`findings.evidence`)
+2. What may make the film of a true badge look forged? (`doubts`)  It widens the rooms of steps 3 to 5.
+3. The gain: is it one that this badge's sheet may have? (`sheet_gain`)
+4. The law: does it explain the phase in absolute terms, nuisances allowed? (`comparison`, `findings.residual`)
+5. Do the parts of the badge move as one? (`parts`)
+6. Rivals: does any fit better, and would any look as law-like as this film does? (`findings.rivals`)
+7. Photographs: do the fringes' spacing and shape follow the law, too? (`photographs`)
 
-A film is accepted if all of that holds.  It is rejected if the law does not explain it with every nuisance allowed, and
-a rival does far better.  Else it is inconclusive, and the findings name the rival that remains.
-
-Step 5 adds these rows to the table of explanations, and these findings:
-
-| row | the fringes are those of | finding |
-|---|---|---|
-| `photographs_at_one_distance` | photographs from one distance, moved by the law | `spacing` |
-| `photographs_in_turn` | two to four photographs, in turn or cross-faded | `cross_fade` |
-| `photographs_laid_over` | photographs, all superposed | `third_harmonic` |
-
-A zoom within the film, a shadow that moves, or air under the sheet can do the same to a true badge, so none of them
-rejects a film.
+A film is accepted if all of that holds.  It is rejected if gain, residual or a part is what no true badge's film shows.
+Else it is inconclusive, and the findings name the rival that remains, or the doubt.
 
 `judge_segments` gives the verdict for each few seconds.  A segment is judged by the same limits as a film; one with
 little motion is inconclusive, which does not count against the film.
 
-Convention: as `comparison`; each grating that moved enough must hold by itself; a row's figure is that of the grating
-    that looks most like photographs.
+Convention: as `comparison`; each grating that moved enough must hold by itself.
 """
 
 from __future__ import annotations
@@ -48,82 +38,29 @@ from moireid.verifier.decision.comparison import (
     law_row,
     merge_chapters,
 )
+from moireid.verifier.decision.doubts import camera_doubted, doubts_of
 from moireid.verifier.decision.figures import Figures, calibrated_log10, figures_of
-from moireid.verifier.decision.sheet_gain import DESIGNED, SheetGain, gain_reason, lens_reason
+from moireid.verifier.decision.parts import parts, parts_of
+from moireid.verifier.decision.photographs import photographs
+from moireid.verifier.decision.sheet_gain import DESIGNED, SheetGain
 from moireid.verifier.explanations.honest import without_short_stretches
-from moireid.verifier.explanations.photographs.cross_fade import CrossFade, cross_fade_of
-from moireid.verifier.explanations.photographs.fringe_spacing import Spacing, spacing_of
-from moireid.verifier.explanations.photographs.third_harmonic import ThirdHarmonic, third_harmonic_of
+from moireid.verifier.explanations.photographs.fringe_spacing import spacing_of
 from moireid.verifier.explanations.strength import one_in
 from moireid.verifier.fringes.grating_signal import GratingSignal
 from moireid.verifier.fringes.signals import Measurement
 from moireid.verifier.identity.cell_slip import TOGETHER, RowsApart
-from moireid.verifier.reasons import Level, Reason, Verdict, json_number, worst
-
-#: A row of the table, if there is one, and its finding.
-RowAndReason = tuple[Explanation | None, Reason]
-
-
-def photographs(
-    spacing: Spacing | None, moved: Sequence[GratingSignal], sheet: SheetGain = DESIGNED
-) -> tuple[tuple[Explanation, ...], list[Reason]]:
-    """The rows and findings on photographs.
-
-    Parameters: spacing: of all gratings, None where the distance does not change; moved: signals that moved enough;
-        sheet: how sharp the fringes must be.
-    """
-    rows = [] if spacing is None else [_at_one_distance(spacing)]
-    fades = [fade for signal in moved if (fade := cross_fade_of(signal)) is not None]
-    if fades:
-        rows.append(_in_turn(max(fades, key=lambda one: one.certain)))
-    sharp = sheet.least_overtone / limits.MIN_OVERTONE_CONTRASTS
-    harmonics = [one.asked(sharp) for signal in moved if (one := third_harmonic_of(signal)) is not None]
-    if harmonics:
-        rows.append(_superposed(min(harmonics, key=lambda one: one.surplus / one.limit)))
-    return tuple(row for row, _ in rows if row is not None), [reason for _, reason in rows]
-
-
-def _at_one_distance(spacing: Spacing) -> RowAndReason:
-    level: Level = "undecided" if spacing.wrong else "pass" if spacing.tested else "note"
-    seen = "As the badge comes nearer or goes away, the spacing of its fringes"
-    text = {
-        "undecided": f"{seen} does not follow, as on photographs over a film, or under a zoom. Film without zoom.",
-        "pass": f"{seen} follows, which that of photographs from one distance does not.",
-        "note": "The distance hardly changed, so the film does not show whether the fringes' spacing follows it.",
-    }[level]
-    reason = Reason(
-        "spacing", level, None if level == "note" else spacing.gain, limits.MAX_SPACING_ERROR_RATIO, "ratio", text
-    )
-    if level == "note":
-        return None, reason
-    parameters = {"spacing_gain": spacing.gain}
-    return Explanation("photographs_at_one_distance", spacing.log10_odds, parameters, None, spacing.wrong), reason
-
-
-def _in_turn(fade: CrossFade) -> RowAndReason:
-    level: Level = "undecided" if fade.seen else "pass"
-    text = "The fringes keep their shape all along their way."
-    if fade.seen:
-        text = f"The fringes change their shape as those of {fade.photographs} photographs do that are shown in turn, "
-        text += "or one faded into the other. Film in even light, and keep the badge moving."
-    parameters = {"photographs": float(fade.photographs), "form_share": fade.share}
-    row = Explanation("photographs_in_turn", fade.log10_odds, parameters, None, fade.seen)
-    return row, Reason("cross_fade", level, fade.certain, limits.MAX_CROSS_FADE_SHARE, "share", text)
-
-
-def _superposed(harmonic: ThirdHarmonic) -> RowAndReason:
-    level: Level = "pass" if harmonic.seen else "undecided"
-    text = "The fringes have sharp edges, as lenses make them."
-    if not harmonic.seen:
-        text = "The fringes lack the sharp edges that lenses make, as in a blurred picture, in superposed "
-        text += "photographs, or under a sheet with air beneath it. "
-        text += "Film from nearer, in focus, with the sheet pressed flat."
-    parameters = {"third_harmonic": harmonic.surplus, "let_through": harmonic.let_through}
-    row = Explanation("photographs_laid_over", harmonic.log10_odds, parameters, None, not harmonic.seen)
-    return row, Reason("third_harmonic", level, harmonic.surplus, harmonic.limit, "contrasts", text)
-
+from moireid.verifier.reasons import Reason, Verdict, json_number, worst
 
 Array = NDArray[np.float64]
+#: Figures of a film that are means over its gratings.
+FIGURES = (
+    "correlation",
+    "window_correlation_mean",
+    "gain_ratio",
+    "gain_sd",
+    "phase_residual_rad",
+    "excitation_rad",
+)
 
 
 @dataclass(frozen=True)
@@ -167,8 +104,10 @@ class Invariant:
 
     @property
     def law_fits(self) -> bool:
-        """Whether the law explains the fringes, and no rival does so better."""
-        return bool(self.explanations) and self.explanations[0].fits and not any(e.better for e in self.explanations)
+        """Whether the law explains the fringes of all parts, and no rival does so better."""
+        apart = any(reason.code == "parts" and reason.level != "pass" for reason in self.reasons)
+        better = any(one.better for one in self.explanations)
+        return bool(self.explanations) and self.explanations[0].fits and not better and not apart
 
     def gain_apart_from(self, whole: Invariant) -> Reason | None:
         """The finding on the gain of a part of a film, where that is not accepted and surely another one than the
@@ -181,22 +120,12 @@ class Invariant:
 
     def to_json(self) -> dict[str, Any]:
         """As the `invariant` object of `verify --json`."""
-        names = (
-            "correlation",
-            "window_correlation_mean",
-            "gain_ratio",
-            "gain_sd",
-            "gain_expected",
-            "phase_residual_rad",
-            "excitation_rad",
-            "score",
-            "calibrated_log10",
-        )
+        names = (*FIGURES, "gain_expected", "score", "calibrated_log10")
         figures = {name: json_number(getattr(self, name)) for name in names}
         return {"verdict": self.verdict, **figures, "gratings": list(self.gratings)}
 
 
-def judge_signals(
+def judge(
     signals: Sequence[GratingSignal],
     sheet: SheetGain = DESIGNED,
     *,
@@ -218,7 +147,7 @@ def judge_signals(
     constant_room_rad : float, optional
         How far the phase constant may be from that at enrolment, rad; None where none is known.
     code_apart : RowsApart
-        As `findings.rows_agree`.
+        How far the code's rows move apart from the plain ones.
     page_off : bool
         As `Identity.page_off`: the fringes then prove nothing against the film.
     whole : bool
@@ -240,82 +169,68 @@ def judge_signals(
     signals = [without_short_stretches(signal) for signal in signals]
     # Fringes whose spacing does not follow the distance may be seen through a zoom.
     spacing = spacing_of(signals)
+    zoomed = spacing is not None and spacing.wrong
     if chapters:
         grouped = zip(*chapters, strict=True)
-        compared = [merge_chapters(parts, figures_of(s)) for parts, s in zip(grouped, signals, strict=True)]
+        laws = [merge_chapters(own, figures_of(signal)) for own, signal in zip(grouped, signals, strict=True)]
     else:
-        options: dict[str, Any] = {"constant_room_rad": constant_room_rad, "shares": whole}
-        options["allowed_share"] = 1 / least_strength
-        options["doubted"] = spacing is not None and spacing.wrong
-        compared = [compare(signal, sheet, **options) for signal in signals]
-    information = np.array([one.figures.information for one in compared])
+        how: dict[str, Any] = {"constant_room_rad": constant_room_rad, "shares": whole}
+        how["allowed_share"] = 1 / least_strength
+        laws = [compare(signal, sheet, doubted=zoomed or camera_doubted(signal), **how) for signal in signals]
+    information = np.array([law.figures.information for law in laws])
     if not information.sum() > 0:
         return Invariant("inconclusive", (findings.no_fringes(),))
-    mean = _mean_figures([one.figures for one in compared], information / information.sum())
-    moving = [(signal, one) for signal, one in zip(signals, compared, strict=True) if one.moved]
-    moved = [one for _, one in moving]
-    reasons = list(findings.evidence(signals, mean, enough=bool(moved)))
-    table: tuple[Explanation, ...] = ()
+    mean = _mean_figures([law.figures for law in laws], information / information.sum())
+    moving = [(signal, law) for signal, law in zip(signals, laws, strict=True) if law.moved]
+    reasons = findings.evidence(signals, mean, enough=bool(moving))
+    table = film_table(laws)
     of_photographs: tuple[Explanation, ...] = ()
-    score = 0.0
-    if moved:
-        table = film_table(compared)
-        score = min(one.score for one in moved)
-        wrong = max((one.figures for one in moved), key=lambda one: abs(one.gain_ratio - 1))
-        lens_room = min(s.lens_room[0] for s in signals), max(s.lens_room[1] for s in signals)
-        gain = gain_reason(wrong.gain_ratio, wrong.gain_sd, sheet, lens_room)
-        if (
-            gain.level == "undecided"
-            and (lens := lens_reason(wrong.gain_ratio, wrong.gain_sd, sheet, lens_room)) is not None
-        ):
-            reasons.append(lens)
-        laws = findings.law_fits(compared)
-        reasons += findings.with_nuisances([gain, *laws, findings.rows_agree(compared, code_apart)], signals, compared)
-        fits = all(one.fits for one in moved)
-        # Where only the gain is unusual, its own finding says so; what is left to ask is whether parts move apart.
-        only_gain = gain.level != "pass" and fits and not all(one.usual for one in moved)
-        asked = [one for one in table if one.name in CONTAINING and one.fits] if only_gain else table
+    score = min((law.score for _, law in moving), default=0.0)
+    if moving:
+        doubts = doubts_of(moving, page_off=page_off, steep_share=_steep_share([one for one, _ in moving], sheet))
+        gains = findings.gain(moving, sheet, prove=not doubts.anything)
+        residual = findings.residual(laws, prove=not (doubts.anything or doubts.covered))
+        together = parts(
+            parts_of([law.figures for law in laws], code_apart, covered=doubts.covered), prove=not doubts.anything
+        )
+        tests = [*gains, residual, together]
+        reasons += tests
+        if any(one.level != "pass" for one in tests):
+            reasons += doubts.findings
+        if together.level != "pass":
+            score = min(score, 0.0)
         # Where page or sheet is off, fringes and photographs of the design say nothing.
+        fits = all(law.fits for _, law in moving)
+        # Where only the gain is unusual, its own finding says so.
+        only_gain = gains[0].level != "pass" and fits and not all(law.usual for _, law in moving)
+        asked = [one for one in table if one.name in CONTAINING and one.better] if only_gain else table
         if asked and not page_off:
-            allowed = moved[0].allowed_share
-            reasons += findings.rivals(asked, mean.excitation_rad, law_fits=fits, allowed_share=allowed)
+            reasons += findings.rivals(asked, law_fits=fits, allowed_share=moving[0][1].allowed_share)
         if whole and not page_off:
-            of_photographs, photograph_reasons = photographs(spacing, [signal for signal, _ in moving], sheet)
-            reasons += photograph_reasons
-        steep_share = _steep_share([signal for signal, _ in moving], sheet, reasons)
-        reasons = findings.of_any_build(reasons, steep_share, page_off=page_off)
+            of_photographs, more = photographs(spacing, [signal for signal, _ in moving], sheet)
+            reasons += more
     return Invariant(
         worst(reasons),
         tuple(reasons),
-        mean.correlation,
-        mean.window_correlation_mean,
-        mean.gain_ratio,
-        mean.gain_sd,
-        mean.phase_residual_rad,
-        mean.excitation_rad,
-        score,
-        calibrated_log10(score),
-        tuple(one.figures.to_json() | {"score": json_number(one.score)} for one in compared),
-        sheet.expected,
-        (law_row(compared), *table) if table else (),
-        of_photographs,
-        tuple(compared),
+        **{name: getattr(mean, name) for name in FIGURES},
+        score=score,
+        calibrated_log10=calibrated_log10(score),
+        gratings=tuple(law.figures.to_json() | {"score": json_number(law.score)} for law in laws),
+        gain_expected=sheet.expected,
+        explanations=(law_row(laws), *table) if table else (),
+        photographs=of_photographs,
+        compared=tuple(laws),
     )
 
 
-def _steep_share(moving: Sequence[GratingSignal], sheet: SheetGain, reasons: Sequence[Reason]) -> float:
-    """Share of the frames that are seen from aside, where a failure may rest on those: 0 where the frames from the
-    front fail by what their fringes do.
-    """
+def _steep_share(moving: Sequence[GratingSignal], sheet: SheetGain) -> float:
+    """Share of the frames that are seen from aside; 0 where those from the front fail by what their fringes do."""
     steep = np.any([signal.steep for signal in moving], axis=0)
-    front = np.flatnonzero(~steep)
-    share = float(np.mean(steep))
-    failing = any(reason.level == "fail" for reason in reasons)
-    if share <= limits.MAX_STEEP_SHARE or len(front) < limits.WINDOW_FRAMES or not failing:
+    front, share = np.flatnonzero(~steep), float(np.mean(steep))
+    if share <= limits.MAX_STEEP_SHARE or len(front) < limits.WINDOW_FRAMES:
         return share
-    judged = judge_signals([signal.part(front) for signal in moving], sheet, whole=False)
-    failed = {reason.code for reason in judged.reasons if reason.level == "fail"}
-    return 0.0 if failed & {"gain", "residual"} else share
+    judged = judge([signal.part(front) for signal in moving], sheet, whole=False)
+    return 0.0 if any(one.level == "fail" and one.code in ("gain", "residual") for one in judged.reasons) else share
 
 
 def gain_of(signals: Sequence[GratingSignal]) -> tuple[float, float] | None:
@@ -353,7 +268,7 @@ class Segment:
 
 
 def judge_segments(measurement: Measurement, first: int = 0, sheet: SheetGain = DESIGNED) -> tuple[Segment, ...]:
-    """Segments of `SEGMENT_S`, one after another from tracked frame `first` on; sheet: as `judge.judge_signals`.
+    """Segments of `SEGMENT_S`, one after another from tracked frame `first` on; sheet: as `judge`.
 
     Returns: segments with at least one tracked frame; those with less than a window of frames are inconclusive.
     """
@@ -367,7 +282,7 @@ def judge_segments(measurement: Measurement, first: int = 0, sheet: SheetGain = 
         if len(frames) < limits.WINDOW_FRAMES:
             found.append(Segment(start, end, len(frames), "inconclusive"))
             continue
-        judged = judge_signals(tuple(signal.part(frames) for signal in measurement.gratings), sheet, whole=False)
+        judged = judge(tuple(signal.part(frames) for signal in measurement.gratings), sheet, whole=False)
         found.append(
             Segment(
                 start, end, len(frames), judged.verdict, judged.correlation, judged.gain_ratio, judged.excitation_rad

@@ -127,14 +127,14 @@ def _handled(badge: Badge) -> tuple[float, float]:
     return max(low, limits.ENROLLED_GAINS[0]), min(high, limits.ENROLLED_GAINS[1])
 
 
-def gain_reason(gain: float, gain_sd: float, sheet: SheetGain, lens_room: tuple[float, float] = (1.0, 1.0)) -> Reason:
-    """Pass within the room; fail by three error bars beyond what any build and any camera can do; else inconclusive.
+def gain_reason(gain: float, gain_sd: float, sheet: SheetGain, possible: tuple[float, float]) -> Reason:
+    """Pass within the room; fail by three error bars beyond what is possible at all; else inconclusive.
 
-    Parameters: gain, gain_sd: over what is expected; lens_room: as `SheetGain.possible`.
+    Parameters: gain, gain_sd: over what is expected; possible: as `SheetGain.possible`, or wider where there is doubt.
     """
     sd = math.hypot(gain_sd, gain * sheet.sd)
     low, high = sheet.room_for(gain_sd)
-    least, most = sheet.possible(lens_room)
+    least, most = possible
     beyond = limits.GAIN_REJECTED_SDS * sd
     shown, limit = sheet.expected * gain, (high - low) / 2
     words = f"The fringes move {shown:.3f} ± {sheet.expected * gain_sd:.3f} times as far as they should by design"

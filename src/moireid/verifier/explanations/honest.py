@@ -222,6 +222,7 @@ class HonestModel:
         """Parameters: series: its law's phase must change; room: gains that an honest badge may have."""
         self.series, self.room = series, room
         self._root = np.sqrt(series.weight / series.weight.sum())
+        self._excitation = max(series.excitation_rad, 1e-12)
         time = series.times_s - series.times_s.mean()
         time = time / max(float(np.abs(time).max()), 1e-9)
         law, excitation = series.law_rad, series.excitation_rad
@@ -236,7 +237,7 @@ class HonestModel:
             ("axis", time, limits.MAX_AXIS_DRIFT_RAD),
             ("axis_turn", time**2, limits.MAX_AXIS_DRIFT_RAD),
         ]
-        columns = [self._root * law / max(excitation, 1e-12)]
+        columns = [self._root * law / self._excitation]
         self.names: list[str] = []
         bounds = []
         for name, column, bound in wanted:
@@ -269,12 +270,14 @@ class HonestModel:
         again = HonestModel(self.series.weighted(weight), self.room)
         return again.fit(again.series.measured_rad[:, None]).residual_rad[:, 0]
 
+    def gain(self, phases_rad: Array) -> Array:
+        """Gains (D,) of series of phases (N, D), each with mean 0 in each stretch."""
+        return np.asarray(self._columns[:, 0] @ (self._root[:, None] * phases_rad) / self._excitation)
+
     def fit(self, phases_rad: Array) -> LawFit:
         """Fit series of phases (N, D), each with mean 0 in each stretch."""
-        along = self._columns.T @ (self._root[:, None] * phases_rad)
-        excitation = max(self.series.excitation_rad, 1e-12)
-        gain = along[0] / excitation
-        along[0] = excitation * np.clip(gain, *self.room)
+        along, gain = self._columns.T @ (self._root[:, None] * phases_rad), self.gain(phases_rad)
+        along[0] = self._excitation * np.clip(gain, *self.room)
         along[1:] = np.clip(along[1:], self._lower[:, None], self._upper[:, None])
         explained = (self._columns @ along) / np.maximum(self._root, 1e-12)[:, None]
         return LawFit(gain, phases_rad - explained, along[1:])

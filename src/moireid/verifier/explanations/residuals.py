@@ -1,18 +1,12 @@
-"""How large a residual is, how many independent samples it holds, and odds of the law over rivals that contain it.
+"""How large a residual is, how many independent samples it holds, and odds of explanations.
 
-A rival contains the law if it adds a motion of its own on top, or lets parts run on clocks of their own.  Such a rival
-fits at least as well as the law, so it is judged by how large the deviation is that it explains.  On honest films the
-logarithm of a deviation, over what known errors explain, is normally distributed; a forged deviation adds in squares
-and is `FORGED_MIN_SHARE` to `FORGED_MAX_SHARE` of the motion, each octave equally likely.
-
-| rival | deviation |
-|---|---|
-| `wander` | of the whole phase from the law |
-| `rows` | of the worst strip from the others |
-| `places` | of the places within a strip from the strip |
+A motion of its own on top of the law fits at least as well as the law, so it is judged by how large the deviation is
+that it explains.  On honest films the logarithm of that, over what known errors explain, is normally distributed; a
+forged deviation adds in squares and is `FORGED_MIN_SHARE` to `FORGED_MAX_SHARE` of the motion, each octave equally
+likely.
 
 Convention: decadic logarithm of the law's odds, above 0 where the law is likelier.
-Source: Bayes; means and standard deviations by `moireid lab bench priors`.
+Source: Bayes; mean and standard deviation by `moireid lab bench priors`.
 """
 
 from __future__ import annotations
@@ -23,7 +17,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.verifier import limits
-from moireid.verifier.limits import GenuineStatistics
 
 Array = NDArray[np.float64]
 #: Where the autocorrelation of a residual has fallen below this, it is taken as noise.
@@ -103,46 +96,19 @@ def credible_error_rad(excitation_rad: float, expected_error_rad: float) -> floa
     return min(expected_error_rad, limits.MAX_ERROR_SHARE * excitation_rad)
 
 
-def scale_rad(
-    one: GenuineStatistics,
-    error_rad: float,
-    excitation_rad: float,
-    strip_sd_rad: float = 0.0,
-    rounding_rad: float = 0.0,
-) -> float:
-    """The unit of a deviation, defined in `limits.GenuineStatistics`."""
-    floor = max(one.floor_rad, one.strip_sd_share * strip_sd_rad, one.rounding_share * rounding_rad)
-    return math.hypot(one.error_share * error_rad, floor, one.motion_share * excitation_rad)
+def own_motion_odds(deviation_rad: float, excitation_rad: float, error_rad: float) -> float:
+    """The odds of the law over the law with a motion of its own on top.
 
-
-def containing_odds(
-    deviations_rad: dict[str, float],
-    excitation_rad: float,
-    error_rad: float,
-    *,
-    strip_sd_rad: float = 0.0,
-    rounding_rad: float = 0.0,
-) -> dict[str, float]:
-    """The odds of the law over each rival.
-
-    Parameters: deviations_rad: root mean squares by the rivals' names; excitation_rad: spread of the predicted phase;
-        error_rad: expected error of one frame; strip_sd_rad: error bar of one strip in one frame; rounding_rad: as
-        `strip_phase.rounding_rad`.
+    Parameters: deviation_rad: from the law, root mean square; excitation_rad: spread of the predicted phase; error_rad:
+        expected error of one frame.
     """
-    found = {}
-    for name, one in limits.EXPECTED.items():
-        unit = scale_rad(one, error_rad, excitation_rad, strip_sd_rad, rounding_rad)
-        found[name] = _log10_odds(deviations_rad[name] / unit, excitation_rad / unit, one)
-    return found
-
-
-def _log10_odds(deviation: float, motion: float, one: GenuineStatistics) -> float:
-    """Of one rival; deviation and motion are in the deviation's unit."""
+    one = limits.OWN_MOTION
+    unit = one.unit_rad(excitation_rad, error_rad)
     shares = np.geomspace(limits.FORGED_MIN_SHARE, limits.FORGED_MAX_SHARE, 24)
-    forged = np.log(np.hypot(shares * motion, math.exp(one.mean_log)))
+    forged = np.log(np.hypot(shares * excitation_rad / unit, math.exp(one.mean_log)))
     # A deviation below the mean is not suspicious; both densities are then taken at the mean.
-    place = max(math.log(max(deviation, 1e-6)), one.mean_log)
+    place = max(math.log(max(deviation_rad / unit, 1e-6)), one.mean_log)
     true = -0.5 * ((place - one.mean_log) / one.sd_log) ** 2
     apart = -0.5 * ((place - forged) / one.sd_log) ** 2
     most = float(apart.max())
-    return (true - most - math.log(float(np.mean(np.exp(apart - most))))) / math.log(10)
+    return float(true - most - math.log(float(np.mean(np.exp(apart - most))))) / math.log(10)

@@ -56,11 +56,13 @@ class Rival:
     variants: columns (N, K) whose best-fitting sum is the rival's phase, each with a parameter or None; None for one
     that may fit anything, whose share alone counts.
     draws: phases (N, D) with parameters from its priors; None for one that contains the law.
+    scaled: whether each draw is the same phase, to be multiplied by any ratio of `FORGED_GAINS`.
     """
 
     name: str
     variants: Callable[[PhaseSeries], list[tuple[float | None, Array]]] | None
     draws: Callable[[PhaseSeries, np.random.Generator, int], Array] | None
+    scaled: bool = False
 
 
 def _stretches(series: PhaseSeries) -> tuple[NDArray[np.int64], Array, Array]:
@@ -111,11 +113,11 @@ def _place(series: PhaseSeries) -> Array:
     return series.place_px if series.place_px is not None else np.zeros((len(series.times_s), 1))
 
 
-def _scaled(columns: Callable[[PhaseSeries], Array]) -> Callable[..., Array]:
-    """Draws of a shape times any ratio to the best-fitting one."""
+def _nearest_to_law(columns: Callable[[PhaseSeries], Array]) -> Callable[..., Array]:
+    """Of a shape the sum that is nearest to the law, as often as asked."""
 
-    def draws(series: PhaseSeries, rng: np.random.Generator, count: int) -> Array:
-        return np.outer(nearest(series, columns(series), series.law_rad), rng.uniform(*limits.FORGED_GAINS, count))
+    def draws(series: PhaseSeries, _: np.random.Generator, count: int) -> Array:
+        return np.repeat(nearest(series, columns(series), series.law_rad)[:, None], count, axis=1)
 
     return draws
 
@@ -143,9 +145,9 @@ def _own_motions(series: PhaseSeries, rng: np.random.Generator, count: int) -> A
 
 RIVALS = (
     Rival("still", lambda series: [(None, np.zeros((len(series.times_s), 0)))], _rest),
-    Rival("drift", lambda series: [(None, _time(series))], _scaled(_time)),
+    Rival("drift", lambda series: [(None, _time(series))], _nearest_to_law(_time), scaled=True),
     Rival("late", _known_delays, None),
-    Rival("place", lambda series: [(None, _place(series))], _scaled(_place)),
+    Rival("place", lambda series: [(None, _place(series))], _nearest_to_law(_place), scaled=True),
     Rival("another_gain", lambda series: [], None),
     Rival("own_motion", None, _own_motions),
 )
@@ -215,8 +217,11 @@ def lookalike_shares(
 
     Notes
     -----
-    Source: the constant of fringes that drift, follow a place or move by themselves is any of a turn, so of a known one
-    they meet so much by chance.
+    Source: importance sampling.  A gain is linear in the phase.  So a scaled forgery's gain is drawn evenly over the
+        room, and its ratio follows; the chance of the room is its width over that of all gains of such forgeries, and
+        what asks for a ratio beyond the prior is no hit.  Other forgeries are as likely with the other sign, so that of
+        each pair the one with a positive gain is drawn.  The constant of fringes that know nothing of the law is any
+        of a turn, so they meet a known one by chance.
     """
     series, rng = model.series, np.random.default_rng(seed)
     most = limits.ALIKE_RATIO * float(spread_rad(residual_rad[:, None])[0])
@@ -224,19 +229,31 @@ def lookalike_shares(
     count = min(max(limits.DRAWN_VALUES // len(residual_rad), 20), limits.DRAWS)
 
     def share_of(rival: Rival) -> LookalikeShare:
+        assert rival.draws is not None
+        (low, high), chance, gain = limits.FORGED_GAINS, 0.5, 0.0
+        if rival.scaled:
+            gain = float(model.gain(rival.draws(series, rng, 1))[0])
+            chance = (room[1] - room[0]) / max(abs(gain) * (high - low), 1e-12)
         alike = drawn = 0
-        share = LookalikeShare.of(alike, drawn, met)
-        while drawn < limits.MOST_DRAWS and share.at_least <= allowed < share.at_most:
-            assert rival.draws is not None
+        share = LookalikeShare.of(alike, drawn, allowed, met * min(chance, 1.0))
+        while not drawn or (drawn < limits.MOST_DRAWS and share.at_least <= allowed < share.at_most):
             some = min(count, limits.MOST_DRAWS - drawn)
-            phases = rival.draws(series, rng, some)
-            noise = limits.RESAMPLED_SHARE * resampled(residual_rad, series.step_s, rng, some)
-            fit = model.fit(series.centred(phases + noise))
-            like = (room[0] <= fit.gain) & (fit.gain <= room[1])
+            phases = series.centred(rival.draws(series, rng, some))
+            noise = series.centred(limits.RESAMPLED_SHARE * resampled(residual_rad, series.step_s, rng, some))
+            ratio = np.ones(some)
+            if rival.scaled and chance < 1:
+                ratio = (rng.uniform(*room, some) - model.gain(noise)) / gain
+            elif rival.scaled:
+                ratio = rng.uniform(low, high, some)
+            forged = ratio * phases + noise
+            if not rival.scaled:
+                forged *= np.sign(model.gain(forged))
+            fit = model.fit(forged)
+            like = (low <= ratio) & (ratio <= high) & (room[0] <= fit.gain) & (fit.gain <= room[1])
             if like.any():
                 like[like] = spread_rad(fit.residual_rad[:, like]) <= most
             alike, drawn = alike + int(like.sum()), drawn + some
-            share = LookalikeShare.of(alike, drawn, met)
+            share = LookalikeShare.of(alike, drawn, allowed, met * min(chance, 1.0))
         return share
 
     return {rival.name: share_of(rival) for rival in RIVALS if rival.draws is not None}

@@ -1,7 +1,8 @@
 """How strong a film is: of forgeries that know nothing of the law, how few would look as law-like as it does.
 
 A rival's share is estimated by random draws (`rivals.lookalike_shares`), a few at a time, until it is surely above or
-below what an acceptance allows.  So the bounds must hold whenever the draws stop.
+below what an acceptance allows.  So the bounds must hold whenever the draws stop.  Only forgeries with a gain that may
+be accepted are drawn: the *chance* of such a gain is known in closed form, and is a bound by itself.
 
 The *strength* of a film is 1 in N, where N is one over the upper bound of the largest share.  It is a property of the
 motion: how much the film tests.  The *score* is a property of the fringes: the log10 odds of the law over the rivals,
@@ -11,8 +12,9 @@ to.  A film is accepted only if both hold: no rival fits as well, and few would 
 
 Convention: shares from 0 to 1.  The prior is even over the ranges of `verifier.limits`.
 Source: confidence sequences by the method of mixtures (Robbins 1970): by Ville's inequality, the likelihood of the
-    true share is less than `SHARE_UNSURE` times its mean over a Beta density (`SHARE_DENSITY`) with a probability of
-    at most `SHARE_UNSURE`, however often one looks.
+    true share is less than `SHARE_UNSURE` times its mean over a Beta density with a probability of at most
+    `SHARE_UNSURE`, however often one looks.  Any density gives valid bounds; one hit in as many as an acceptance allows
+    gives the closest ones there.
 """
 
 from __future__ import annotations
@@ -34,16 +36,22 @@ class LookalikeShare:
     at_most: float
 
     @classmethod
-    def of(cls, alike: int, drawn: int, met: float = 1.0) -> LookalikeShare:
-        """Of draws, how many look like the film; met: probability that one also meets a known phase constant."""
-        low, high = share_bounds(alike, drawn)
-        return cls(met * alike / max(drawn, 1), met * low, met * high)
+    def of(cls, alike: int, drawn: int, allowed: float, chance: float = 1.0) -> LookalikeShare:
+        """Of draws, how many look like the film.
+
+        Parameters: allowed: share that an acceptance allows; chance: probability that a forgery is one of those drawn.
+        """
+        low, high = share_bounds(alike, drawn, allowed / chance)
+        return cls(chance * alike / max(drawn, 1), chance * low, chance * high)
 
 
-def share_bounds(alike: int, drawn: int) -> tuple[float, float]:
-    """Bounds of a probability after so many draws, of which so many were hits; they hold whenever one stops."""
-    missed, (hits, misses) = drawn - alike, limits.SHARE_DENSITY
-    mixed = _log_beta(hits + alike, misses + missed) - _log_beta(hits, misses)
+def share_bounds(alike: int, drawn: int, asked: float) -> tuple[float, float]:
+    """Bounds of a probability after so many draws, of which so many were hits; they hold whenever one stops.
+
+    Parameters: asked: probability about which the bounds are to be closest.
+    """
+    missed, misses = drawn - alike, 1 / min(asked, 1.0)
+    mixed = _log_beta(1 + alike, misses + missed) - _log_beta(1, misses)
 
     def excluded(share: float) -> bool:
         by_hits = alike * math.log(share) if alike else 0.0

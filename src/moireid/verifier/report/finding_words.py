@@ -17,9 +17,9 @@ Finding = Mapping[str, Any]
 WEIGHTIEST = (
     *("revoked", "suspended", "expired"),
     *("name", "identities", "identity", "beats", "enrolled", "genuine", "built", "cells_move"),
-    # Rivals of the law that name a motion of the fringes; `wander` only says that they leave the law.
+    # Rivals of the law that name a motion of the fringes; the last but one only says that they move otherwise.
     *("explanations", "still", "drift", "late", "place", "another_gain", "own_motion", "spell"),
-    *("gain", "agreement", "rows", "places", "residual", "spacing", "wander"),
+    *("gain", "parts", "residual", "spacing"),
 )
 #: A cause that makes other findings inconclusive comes before them.
 CAUSES = (
@@ -131,7 +131,7 @@ OPEN = {
         "Measure the bars on the page and the pitch of the sheet, and print the page at 100 %.",
     ),
     "residual": Words("the fringes leave the law, perhaps by errors of the film", NEARER),
-    "agreement": Words("parts of the badge do not quite agree", NEARER),
+    "parts": Words("parts of the badge do not quite agree", NEARER),
     "spacing": Words("the fringes do not follow the distance, as after a zoom", ORIGINAL),
     "third_harmonic": Words(
         "the fringes look soft, as in a blurred or mixed picture",

@@ -13,7 +13,7 @@ from typing import Any
 from moireid.provenance import BadgeHolder, Exclusion
 from moireid.verifier.decision.comparison import cause_of
 from moireid.verifier.decision.figures import in_words
-from moireid.verifier.explanations.words import WORDS, does, how_far
+from moireid.verifier.explanations.words import does, how_far
 from moireid.verifier.report.circumstances import Circumstances, ClaimNote, claimed_in, day
 from moireid.verifier.report.finding_words import (
     GENERAL,
@@ -26,12 +26,10 @@ from moireid.verifier.report.finding_words import (
 from moireid.verifier.report.rival_table import rivals_in
 
 #: Findings on the law itself; all others are not about the motion of the fringes.
-LAW = ("gain", "agreement", "rows", "places", "residual", "window_correlation", "overlap_law", "genuine")
+LAW = ("gain", "parts", "residual", "window_correlation", "overlap_law", "genuine")
 #: What the fringes do where no rival says so, by the finding that fails, the first that does.
 BROKEN = {
-    "rows": WORDS["rows"].does,
-    "places": WORDS["places"].does,
-    "agreement": "move apart from one part of the badge to another",
+    "parts": "move apart from one part of the badge to another",
     "window_correlation": "do not go with the badge's motion",
     "overlap_law": "leave the law while the badge is before the face",
 }
@@ -237,10 +235,10 @@ def _how(document: Mapping[str, Any], failed: Mapping[str, Finding]) -> str:
     cause, gain = cause_of(rivals_in(document)), failed.get("gain")
     # A gain that some build or lens has is not why parts of a badge that move apart are rejected.
     open_gain = cause is not None and cause.name == "another_gain" and not {"gain", "residual"} & failed.keys()
-    if cause is not None and cause.name != "wander" and not open_gain:
+    if cause is not None and cause.name != "own_motion" and not open_gain and "parts" not in failed:
         return does(cause.name, cause.parameters)
     if broken := next((words for code, words in BROKEN.items() if code in failed), None):
         return broken
     if cause is None and gain is not None and isinstance(gain["measured"], float):
         return how_far(gain["measured"] / (document["invariant"].get("gain_expected") or 1.0))
-    return does("wander", {} if cause is None else cause.parameters)
+    return does("own_motion", {} if cause is None else cause.parameters)

@@ -21,7 +21,7 @@ import numpy as np
 
 from moireid.question import Question
 from moireid.verifier.damage import CLAIMED
-from moireid.verifier.decision.judge import Invariant, Segment, gain_of, judge_segments, judge_signals
+from moireid.verifier.decision.judge import Invariant, Segment, gain_of, judge, judge_segments
 from moireid.verifier.decision.sheet_gain import DESIGNED, SheetGain
 from moireid.verifier.fringes.grating_signal import GratingSignal, joined
 from moireid.verifier.fringes.signals import Measurement, measure
@@ -164,7 +164,7 @@ def _judged_by(track: Track, question: Question, repeated: int) -> Chapter:
     constant = compared.constant_room_rad if compared is not None and question.original_required else None
     stages["identity"] = time.perf_counter() - clock
     clock = time.perf_counter()
-    invariant = judge_signals(
+    invariant = judge(
         measurement.gratings,
         sheet,
         constant_room_rad=constant,
@@ -223,7 +223,7 @@ def invariant_of(chapters: Sequence[Chapter]) -> Invariant:
     apart = RowsApart(float(film), max(one.second for one in each), float(coherent))
     compared = [chapter.invariant.compared for chapter in seen if chapter.invariant.compared]
     off = all(chapter.identity.page_off for chapter in seen)
-    whole = judge_signals(together, sheet, code_apart=apart, page_off=off, chapters=compared)
+    whole = judge(together, sheet, code_apart=apart, page_off=off, chapters=compared)
     # Of many chapters, one is more easily the worst by chance.
     limit = MAX_RIVAL_LOG10 + math.log10(len(seen))
     doubtful = [chapter for chapter in seen if _is_doubtful(chapter)]

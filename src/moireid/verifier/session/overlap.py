@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.verifier.decision.figures import figures_of
-from moireid.verifier.decision.judge import judge_signals
+from moireid.verifier.decision.judge import judge
 from moireid.verifier.decision.sheet_gain import SheetGain
 from moireid.verifier.explanations.residuals import residual_limit_rad
 from moireid.verifier.fringes.grating_signal import GratingSignal
@@ -140,7 +140,7 @@ def _broken(chapter: Chapter, times: Array, interval_s: tuple[float, float]) -> 
     around = np.flatnonzero(np.abs(times - middle) <= half)
     if len(around) < WINDOW_FRAMES:
         return None
-    judged = judge_signals([signal.part(around) for signal in chapter.signals], chapter.sheet, whole=False)
+    judged = judge([signal.part(around) for signal in chapter.signals], chapter.sheet, whole=False)
     why = next((reason for reason in judged.reasons if reason.level == "fail"), None)
     if why is not None:
         text = f"While the badge is before the face, its fringes do not follow the optics: {why.text}"

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from kit.photographed import FRAMES, LAW, TIMES, TYPICAL, found_in, noise_of, signal
-from moireid.verifier.decision.judge import judge_signals
+from moireid.verifier.decision.judge import judge
 from moireid.verifier.explanations.photographs.cross_fade import LEAST_VIEWS, MOST_SHARE, CrossFade, cross_fade_of
 from moireid.verifier.explanations.photographs.fringe_spacing import cross_faded
 from moireid.verifier.limits import MAX_CROSS_FADE_SHARE
@@ -108,7 +108,7 @@ def test_the_finding_leaves_a_film_open_and_a_badge_alone():
     told = found_in(photographs)["cross_fade"]
     assert told.level == "undecided" and told.measured > told.limit == MAX_CROSS_FADE_SHARE
     assert "photographs" in told.text and "Film in even light" in told.text
-    outcome = judge_signals([photographs])
+    outcome = judge([photographs])
     assert outcome.verdict != "reject" and "cross_fade" in [
         one.code for one in outcome.reasons if one.level == "undecided"
     ]

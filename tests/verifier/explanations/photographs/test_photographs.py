@@ -15,7 +15,7 @@ from kit.photographed import (
     noise_of,
     signal,
 )
-from moireid.verifier.decision.judge import judge_signals
+from moireid.verifier.decision.judge import judge
 from moireid.verifier.decision.sheet_gain import SheetGain
 
 # Findings.
@@ -49,7 +49,7 @@ def test_photographs_leave_a_film_open_and_say_what_to_do(code):
     levels = {name: reason.level for name, reason in found.items()}
     assert levels.pop(code) == "undecided" and set(levels.values()) <= {"pass", "note"}
     assert "photographs" in found[code].text and re.search(r"Film (without|in) ", found[code].text)
-    outcome = judge_signals([OPEN[code]])
+    outcome = judge([OPEN[code]])
     assert outcome.verdict == "inconclusive"
     assert [reason.code for reason in outcome.reasons if reason.level == "undecided"] == [code]
 
@@ -60,7 +60,7 @@ def test_neither_ever_rejects_a_film(gain, size):
     wild = signal(size * faded(4), depth=depth_of(gain, change_rad=0.02))
     found = found_in(wild)
     assert {found["spacing"].level, found["cross_fade"].level} == {"undecided"}
-    assert judge_signals([wild]).verdict == "inconclusive"
+    assert judge([wild]).verdict == "inconclusive"
 
 
 def test_the_worst_grating_is_told():
@@ -76,5 +76,5 @@ def test_fringes_that_tell_of_a_zoom_excuse_a_gain_that_a_zoom_makes(gain, verdi
     """Catches: a film that was zoomed slowly called a forgery; photographs that stand or turn round excused by it."""
     course = LAW - LAW.mean()
     zoomed, built = signal(depth=depth_of(0.0, change_rad=0.02), measured=gain * course), SheetGain(built=True)
-    assert judge_signals([zoomed], built).verdict == verdict
-    assert judge_signals([signal(measured=gain * course)], built).verdict == "reject"
+    assert judge([zoomed], built).verdict == verdict
+    assert judge([signal(measured=gain * course)], built).verdict == "reject"

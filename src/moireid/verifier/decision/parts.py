@@ -1,0 +1,82 @@
+"""Do the parts of the badge move as one?
+
+A badge is rigid, so all of its parts follow one motion, within their noise.  A picture that is put together, generated,
+or warped does not.  Each part's deviation from the rest is compared with what honest films show, where its logarithm
+over its own error is normally distributed (`limits.PARTS`).
+
+| part | deviation of |
+|---|---|
+| `rows` | the worst plain row from the others |
+| `places` | the places within a row from the row |
+| `code` | the code's worst row from the plain rows, over the film |
+| `code_second` | the same in its worst second |
+
+Convention: deviations are root mean squares, rad.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from moireid.verifier.decision.figures import Figures
+from moireid.verifier.identity.cell_slip import RowsApart
+from moireid.verifier.limits import PARTS, PROOF_SDS, USUAL_SDS
+from moireid.verifier.reasons import Reason
+
+#: What the fringes of a part that moves apart do.
+WORDS = {
+    "rows": "The fringes of different rows of the badge move apart",
+    "places": "The fringes move apart from place to place within a row of the badge",
+    "code": "The fringes of the code's rows do not move as those of the plain rows do",
+    "code_second": "For a second, the fringes of the code's rows do not move as those of the plain rows do",
+}
+
+
+@dataclass(frozen=True)
+class Part:
+    """A part's deviation; the most that honest films show but for few; and what no honest film shows; rad."""
+
+    name: str
+    deviation_rad: float
+    limit_rad: float
+    proof_rad: float
+
+    @classmethod
+    def of(cls, name: str, deviation_rad: float, figures: Figures) -> Part:
+        """A part of a grating with these figures."""
+        one = PARTS[name]
+        unit = one.unit_rad(figures.excitation_rad, 0.0, figures.strip_sd_rad, figures.rounding_rad)
+        return cls(name, deviation_rad, one.quantile(USUAL_SDS, unit), one.quantile(PROOF_SDS, unit))
+
+
+def parts_of(figures: Sequence[Figures], code: RowsApart, *, covered: bool = False) -> list[Part]:
+    """All parts; figures: of each grating; code: deviations of the code's rows; covered: as `Doubts.covered`.
+
+    Convention: noise is no motion, and neither is a hand.  So the code's rows prove a forgery only if two halves of a
+        row share their motion, and nothing covers the badge.
+    """
+    plain = [Part.of("rows", one.strip_wander_rad, one) for one in figures]
+    plain += [Part.of("places", one.place_wander_rad, one) for one in figures]
+    most = max(figures, key=lambda one: one.excitation_rad)
+    coded = [Part.of("code", code.film, most), Part.of("code_second", code.second, most)]
+    if covered or code.coherent <= coded[0].limit_rad:
+        coded = [replace(one, proof_rad=math.inf) for one in coded]
+    return plain + coded
+
+
+def parts(several: Sequence[Part], *, prove: bool = True) -> Reason:
+    """The finding; prove: whether a forgery may be proven (`Doubts`)."""
+    worst = max(several, key=lambda one: one.deviation_rad / one.limit_rad)
+    broken = [one for one in several if one.deviation_rad > one.proof_rad]
+    if prove and broken:
+        worst = max(broken, key=lambda one: one.deviation_rad / one.proof_rad)
+        text = f"{WORDS[worst.name]}, as on a badge that is put together from pictures."
+        return Reason("parts", "fail", worst.deviation_rad, worst.proof_rad, "rad", text)
+    if worst.deviation_rad <= worst.limit_rad:
+        text = "The fringes of all parts of the badge move together."
+        return Reason("parts", "pass", worst.deviation_rad, worst.limit_rad, "rad", text)
+    text = f"{WORDS[worst.name]}, by more than usual errors. Film from nearer, in even light, without effects that mix "
+    text += "frames."
+    return Reason("parts", "undecided", worst.deviation_rad, worst.limit_rad, "rad", text)
