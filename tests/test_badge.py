@@ -102,6 +102,7 @@ def test_an_issued_badge_survives_its_json(ada: Badge) -> None:
     assert badge_from_json(masked.to_json()) == masked
 
 
+@pytest.mark.claim("badge.json has every key of the contract")
 def test_every_key_of_the_contract_is_written(ada: Badge) -> None:
     """Catches: a renamed key; other programs read these."""
     document = issued(ada)

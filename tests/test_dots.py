@@ -135,6 +135,7 @@ def edge_errors(dark: np.ndarray, badge: Badge, dpi: int) -> tuple[np.ndarray, l
     return np.concatenate(errors), pitches
 
 
+@pytest.mark.claim("Every edge is painted within half a dot of its place")
 @pytest.mark.slow
 @pytest.mark.parametrize("raster", ["poppler", "poppler-grey", "ghostscript"])
 def test_every_edge_is_painted_within_half_a_dot_of_its_place(raster, tmp_path):

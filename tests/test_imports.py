@@ -13,6 +13,7 @@ from graphlib import TopologicalSorter
 from pathlib import Path
 
 import grimp
+import pytest
 
 import moireid
 import moireid_lab
@@ -111,6 +112,7 @@ def test_who_is_shown_by_a_room_above() -> None:
     }
 
 
+@pytest.mark.claim("The verifier never loads simulator or fabrication")
 def test_the_verifier_at_work_loads_neither_simulator_nor_workshop() -> None:
     """Catches: an import by way of a third module, which the rules for single files let through."""
     code = (

@@ -70,6 +70,7 @@ def trace(lens: Lens, start: float, tan_x: float, tan_y: float) -> float:
     return x + bent[0] / bent[2] * (lens.thickness_mm - depth)
 
 
+@pytest.mark.claim("Rays through a lenticule land where an independent tracer says")
 @pytest.mark.parametrize(
     ("start", "tan_x", "tan_y"),
     [

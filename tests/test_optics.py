@@ -22,6 +22,7 @@ FINER = 0.497
 # The beat in space.
 
 
+@pytest.mark.claim("The beat of two gratings is the textbook's fraction")
 def test_beat_of_the_prototype_is_the_textbook_fraction() -> None:
     """Catches: |p_f - p_r| in place of a signed difference, or front and rear swapped."""
     exact = 1 / Fraction("0.52") - 1 / Fraction("0.508")
@@ -47,6 +48,7 @@ def test_equal_layers_have_no_beat_and_an_infinite_period() -> None:
         assert optics.beat_period_mm([0.0, -0.25, 0.5]).tolist() == [math.inf, 4.0, 2.0]
 
 
+@pytest.mark.claim("The beat at a distance is that of lines drawn from the camera")
 @pytest.mark.parametrize("rear", [REAR, FINER])
 @pytest.mark.parametrize("distance_mm", [300.0, 1000.0, 4200.0])
 def test_beat_at_a_distance_is_that_of_lines_drawn_from_the_camera(rear: float, distance_mm: float) -> None:
@@ -169,6 +171,7 @@ def test_slopes_of_the_small_angle_law_agree_with_its_phase() -> None:
     assert along == pytest.approx(2 * math.pi * float(beat), rel=1e-9)
 
 
+@pytest.mark.claim("The phase law is what lenses sample off the printed lines")
 @pytest.mark.parametrize("rear", [REAR, FINER])
 def test_phase_law_is_what_the_lenses_sample_off_the_printed_lines(rear: float) -> None:
     """Catches: any sign or factor of the law.  Second route: lens k shows the page under it, shifted by the view."""

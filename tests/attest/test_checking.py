@@ -70,6 +70,7 @@ def test_it_says_who_judged_what_when_and_against_which_registry(envelope: Path,
     assert printed["signer"]["expected"] is True and printed["registry"]["head"].startswith("2:")
 
 
+@pytest.mark.claim("A key that is only in the file proves nothing")
 def test_a_key_that_is_only_in_the_file_proves_nothing_and_does_not_pass(
     tmp_path: Path, sign: Sign, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -139,6 +140,7 @@ def flipped(text: str, part: str, place: int) -> str:
     return changed(text, change)
 
 
+@pytest.mark.claim("A changed verdict, film or signature is found by its part")
 @pytest.mark.parametrize("kind", ["ed25519", "p256"])
 def test_one_changed_byte_is_reported_by_its_part(kind: str, sign: Sign, film: Path, tmp_path: Path) -> None:
     """Catches: a change that passes, and one reported as another: of the film, of the report, of the signature."""

@@ -107,6 +107,7 @@ def open_report(film: Path) -> dict[str, Any]:
     return found.to_json()
 
 
+@pytest.mark.claim("Content credentials are a note and never a reason")
 def test_carried_credentials_are_a_note_and_never_a_reason(
     here: Path, judged: dict[str, Any], key: SigningKey, open_report: dict[str, Any]
 ) -> None:

@@ -32,6 +32,7 @@ def pae(envelope: dict[str, Any]) -> bytes:
     return b"DSSEv1 " + b" ".join(part for one in (kind, body) for part in (str(len(one)).encode(), one))
 
 
+@pytest.mark.claim("A signed verdict is verified by other programs")
 @pytest.mark.parametrize("kind", KINDS)
 def test_an_envelope_is_verified_by_others(kind: str, sign: Callable[..., str], tmp_path: Path) -> None:
     """Catches: a signature over the bare payload, in another form than DER, or over our own spelling of it; a name of

@@ -42,6 +42,7 @@ def chart() -> Badge:
     return design_chart(ChartRequest())
 
 
+@pytest.mark.claim("The growth of ink is measured from a photograph")
 @pytest.mark.parametrize("camera", CAMERAS)
 @pytest.mark.parametrize("growth_um", [0.0, 25.0, 60.0])
 def test_the_growth_is_read_whatever_the_camera_does_to_greys(chart, camera, growth_um):

@@ -45,6 +45,7 @@ def shown() -> dict[str, tuple[str | None, str]]:
     return {key: (row["value"], row["from"]) for key, row in rows.items()}
 
 
+@pytest.mark.claim("An option beats the environment, that a file, that the default")
 def test_option_then_environment_then_file_then_default(
     tmp_path: Path, settings: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -230,6 +230,7 @@ def test_a_revoked_badge_is_not_printed_again(
     assert "revoked" in refused("print", "Ada Lovelace", *arguments)
 
 
+@pytest.mark.claim("An interrupt leaves nothing half done")
 def test_an_interrupt_leaves_nothing(run: Run, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """Catches: half the files of a badge, or a traceback, when a person presses Ctrl-C."""
 
@@ -327,6 +328,7 @@ def test_a_film_is_the_file_of_its_name(
     assert (Film(Path(name)).width, next(Film(Path(name)).frames()).luma.shape) == (1920, (1080, 1920))
 
 
+@pytest.mark.claim("A name is matched exactly; two people of one name end with exit code 2")
 def test_claims_that_nobody_answers_to_are_refused(
     refused: Callable[..., str], badge_file: Path, people: None, films: Path, ada: Badge
 ) -> None:
@@ -566,6 +568,7 @@ def test_wrong_usage_is_one_sentence(refused: Callable[..., str], arguments: lis
     assert words in refused(*arguments)
 
 
+@pytest.mark.claim("--json prints one object on stdout and nothing else")
 @pytest.mark.slow
 def test_json_is_one_object_and_talk_goes_elsewhere(run: Run, tmp_path: Path) -> None:
     """Catches: progress or notes on stdout, JSON over several lines, keys that the contract names left out."""
@@ -651,6 +654,7 @@ def test_output_that_nobody_takes_is_no_traceback(tmp_path: Path, people: None) 
 HEAVY = {"OCP", "build123d", "cadquery", "manifold3d", "matplotlib", "mitsuba", "numba", "scipy", "trimesh"}
 
 
+@pytest.mark.claim("Heavy packages are loaded by the work that needs them")
 @pytest.mark.parametrize(
     ("arguments", "spared"),
     [

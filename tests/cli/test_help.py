@@ -60,6 +60,7 @@ def test_a_command_that_is_not_installed_names_what_to_install(
     assert command in helped.partition(f"In {distribution}, which is not installed")[2]
 
 
+@pytest.mark.claim("What was removed says what to use instead")
 @pytest.mark.parametrize(("words", "instead"), REMOVED.items())
 def test_what_was_removed_says_what_to_use_instead(words: str, instead: str) -> None:
     """Catches: 'no such command' or 'no such option' for what once was; an entry for what still works."""

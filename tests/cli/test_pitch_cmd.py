@@ -41,6 +41,7 @@ def calibrate(*arguments: str | Path) -> dict:
     return json.loads(ran.stdout)
 
 
+@pytest.mark.claim("A photograph of the pitch test measures the sheet's pitch")
 @pytest.mark.slow
 def test_a_photograph_tells_the_pitch_and_the_twist(chart_folder, tmp_path):
     """Catches: counts taken for light, a pitch of the wrong sense, a twist left out, an EXIF note unread."""

@@ -268,6 +268,7 @@ def follow(request: Request, message: str) -> Request:
     raise AssertionError(f"no advice in: {message}")
 
 
+@pytest.mark.claim("The advice of a refusal leads to a badge")
 @pytest.mark.parametrize(
     "request_",
     [
@@ -318,6 +319,7 @@ def test_a_name_is_one_however_it_is_encoded() -> None:
     assert design_badge(Request(ZOE_NFD), PAYLOAD).name == ZOE_NFC
 
 
+@pytest.mark.claim("An identity is random and never made from the name")
 def test_a_name_makes_no_identity() -> None:
     """Catches: an identity that a name, a seed or the clock gives, with which anybody could print the badge."""
     random.seed(1)

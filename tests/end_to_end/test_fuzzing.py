@@ -17,6 +17,7 @@ from kit.untrusted_readers import READERS, kept_corpus
 FUZZ_S = 15
 
 
+@pytest.mark.claim("Every reader of untrusted files takes or refuses what it is given")
 @pytest.mark.parametrize("name", READERS)
 def test_kept_contents_are_taken_or_refused(name: str) -> None:
     """Catches: an error that is none of the reader's own; a corpus without a sound content."""

@@ -64,6 +64,7 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.mark.claim("Every block of the guides runs as its page says")
 @pytest.mark.slow
 def test_every_block_runs_as_its_page_says(walked: Path, tmp_path: Path) -> None:
     """Catches: a command that was renamed, an option that is gone, an exit code or a line shown that does not come.

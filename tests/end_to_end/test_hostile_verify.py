@@ -11,6 +11,7 @@ from kit.crafted_media import CRAFTED
 from kit.hostile_verify import outcomes
 
 
+@pytest.mark.claim("No file harms the machine of who verifies it")
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="memory, pipes and devices are those of Linux")
 def test_no_file_harms_the_machine_of_who_verifies_it(tmp_path: Path) -> None:

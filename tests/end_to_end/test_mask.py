@@ -69,6 +69,7 @@ def test_the_mask_s_own_page_covers_every_grating(tmp_path: Path) -> None:
     document.close()
 
 
+@pytest.mark.claim("A line mask is judged and read as a lens sheet is")
 @pytest.mark.slow
 def test_a_film_of_it_is_accepted_and_read(masked: Badge, tmp_path: Path) -> None:
     """Catches: a verifier that takes every front for a lens; the gap's index left out of the law."""

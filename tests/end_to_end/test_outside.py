@@ -20,6 +20,7 @@ def _found(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(str(BENCHMARKS))
 
 
+@pytest.mark.claim("The outside tracer shares no line with moireid")
 def test_it_imports_nothing_of_ours() -> None:
     """Catches: a tracer that borrows the law, the lens or the renderer that it is to test."""
     for path in (BENCHMARKS / "outside").glob("*.py"):
@@ -97,6 +98,7 @@ def _tracer(tangent: float, forge: str | None = None, lamps=None, **changed):  #
     return Tracer(page, built(page), camera, course, Shoot(30, 30, seed=3, forge=forge, lamps=lamps))
 
 
+@pytest.mark.claim("The outside tracer's fringes lie where the law says")
 @pytest.mark.slow
 @pytest.mark.parametrize("tangent", [0.0, 0.08, 0.16])
 def test_fringes_of_a_frame_lie_where_the_law_says(tangent: float) -> None:

@@ -124,6 +124,7 @@ def test_what_another_process_wrote_meanwhile_is_not_replaced(tmp_path: Path) ->
     assert names(out) == {"badge.json"} and (out / "badge.json").read_text() == "another's"
 
 
+@pytest.mark.claim("Files are whole or absent: a failure changes nothing")
 def test_a_failure_changes_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Catches: old files removed before the new ones are in place; an empty folder that is left; half of the files."""
     for name in ("mount.stl", "badge.json", "badge.pdf"):

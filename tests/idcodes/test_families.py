@@ -216,6 +216,7 @@ def test_every_band_has_a_dark_line_centred_on_the_gratings_middle(axis: str) ->
     assert [cell.rect_mm for cell in bands.cells] == [cell.rect_mm for cell in grating(axis=axis).cells]
 
 
+@pytest.mark.claim("Print scale and lens pitch drop out of the code")
 @pytest.mark.parametrize("scale", [0.992, 0.997, 1.003, 1.008])
 def test_print_scale_and_lens_pitch_drop_out(scale: float) -> None:
     """Catches: absolute beats in place of differences.  In page units a print 0.5 % too large is a lens 0.5 % too fine;
@@ -375,6 +376,7 @@ def spoilt(word: bytes, places: np.ndarray, rng: np.random.Generator) -> bytes:
     return bytes(out)
 
 
+@pytest.mark.claim("A word corrects as many errors as half its parity")
 def test_half_the_parity_of_unknown_errors_is_corrected(long_word: WordCode, rng: np.random.Generator) -> None:
     """Catches: a code weaker than its parity, a count of corrections that is none, errors only where doubt is."""
     payload = rng.bytes(long_word.payload_bytes)
@@ -409,6 +411,7 @@ def test_doubts_help_to_correct_more_than_half_the_parity(rng: np.random.Generat
         assert code.decode(read_, [1 - doubt for doubt in doubts]) is None
 
 
+@pytest.mark.claim("Random words are never accepted")
 def test_random_long_words_are_never_accepted(rng: np.random.Generator) -> None:
     """Catches: a check that is not held against the payload: 6 % of the short words lie within the code's reach."""
     for code in (WordCode(8, 26), WordCode(8, 17)):

@@ -56,6 +56,7 @@ def test_parts_are_those_of_the_id_and_leave_out_what_was_not_read():
     assert spoilt(payload, [], lost=(3, 9)).parts() == {0: "0123", 2: "89ab", 3: "cdef"}
 
 
+@pytest.mark.claim("A damaged identity passes for another by the stated chance at most")
 def test_chance_of_a_wrong_person_bounds_what_strangers_reach(rng):
     """Catches: an exponent of one too many; agreement counted in cells, or in bytes that were not read."""
     known = [np.frombuffer(CODE.encode(rng.bytes(8)), np.uint8) for _ in range(60)]

@@ -63,6 +63,7 @@ def test_a_film_cannot_take_the_machine(reader: SealedReader, act: str, words: s
         read(reader, HostileOrder(act))
 
 
+@pytest.mark.claim("A film cannot have another file read")
 @linux
 def test_a_film_cannot_read_another_file(reader: SealedReader, tmp_path: Path) -> None:
     """Catches: an order that is carried out before the seal, or without one."""

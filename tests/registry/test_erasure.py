@@ -44,6 +44,7 @@ def test_the_chain_stays_and_checkpoints_hold(erased):
         registry.entries(NAME)
 
 
+@pytest.mark.claim("Of an erased person, nothing stays in the registry")
 def test_no_file_holds_the_person(erased, url, path, tmp_path):
     """Catches: pages of SQLite that keep what was deleted; statistics of PostgreSQL; a packed badge; an export."""
     registry, badge, _ = erased

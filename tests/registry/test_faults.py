@@ -45,6 +45,7 @@ def test_every_operation_survives_failing_file_calls(tmp_path: Path) -> None:
     assert tried > 300
 
 
+@pytest.mark.claim("A power cut leaves the state of before or after")
 def test_a_power_cut_leaves_before_or_after(tmp_path: Path) -> None:
     """Catches: a checkpoint whose name is on the disk before its bytes."""
     assert faulty(tmp_path, "checkpoint", module="power_cuts") >= 100

@@ -94,6 +94,7 @@ def test_only_others_look_alike() -> None:
     assert alike_within(["Ada Lovelace", "Bob", CYRILLIC]) == [(CYRILLIC, "Ada Lovelace")]
 
 
+@pytest.mark.claim("A name that looks like another is warned about")
 def test_a_claim_in_look_alike_letters_names_who_is_enrolled(tmp_path, keys) -> None:
     """Catches: a claim that fails, or passes, without a word of the one it poses as."""
     ada, eve = badge_of("Ada Lovelace"), badge_of(CYRILLIC)
@@ -122,6 +123,7 @@ def test_a_file_gives_way_to_the_registry(tmp_path, keys) -> None:
         assert claimed_by_file(registry, replace(ada, id=None)).provenance.source == "file"
 
 
+@pytest.mark.claim("Hidden letters are refused at entry")
 @pytest.mark.parametrize("letter", ["\u200b", "\u202e", "\u200f", "\u2066", "\u00ad", "\u3164"])
 def test_invisible_letters_are_refused_in_every_way_in(tmp_path, keys, letter) -> None:
     """Catches: one way in that forgets to look: the library, a batch, the command, a list, the studio's order."""

@@ -184,6 +184,7 @@ def test_document_that_would_fill_the_memory_is_refused(monkeypatch):
 FORGED = pack(canonical_json(json.loads(badge_of("Ada", bytes(3)).to_json())))
 
 
+@pytest.mark.claim("A changed record is found")
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "change",
@@ -249,6 +250,7 @@ def test_public_key_that_is_none_is_reported(url, key):
 # Revocation.
 
 
+@pytest.mark.claim("A revocation is for good")
 def test_revocation_is_for_good(registry, monkeypatch):
     """Catches: a second revocation over the first; a revocation undone by enrolling the badge again."""
     ada = registry.enroll(badge_of("Ada"))

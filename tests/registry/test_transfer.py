@@ -89,6 +89,7 @@ def test_export_is_one_state(url, full, tmp_path, monkeypatch):
 # Import into an empty registry.
 
 
+@pytest.mark.claim("An export is restored whole, signatures and all")
 @pytest.mark.parametrize("prepared", ["absent", "of another key", "awaiting"])
 def test_import_makes_a_copy(url, full, exported, target, prepared):
     """Catches: signing anew on import; a registry that must not exist, or must; records without their history."""

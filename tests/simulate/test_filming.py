@@ -166,6 +166,7 @@ def test_the_shutter_runs_down_the_picture(prototype, tmp_path):
 # Chance.
 
 
+@pytest.mark.claim("One seed makes one film")
 def test_one_seed_makes_one_film(prototype, tmp_path):
     """Catches: a global random state; noise that is the same in every film; a seed without effect."""
     one, again, other = (tmp_path / name for name in ("a.mp4", "b.mp4", "c.mp4"))

@@ -166,6 +166,7 @@ def test_a_file_that_cannot_be_read_on_is_judged_so_far(sound, badge, monkeypatc
         verify(sound["libx264", "ts", 30], Claim(badge))
 
 
+@pytest.mark.claim("A flag of damage hides no forged frame")
 @pytest.mark.parametrize("counters", [False, True])
 def test_flags_alone_hide_nothing(films, folder, badge, counters):
     """Catches: a forged stretch, or a whole forged film, that is left out as its packets are flagged."""
@@ -271,6 +272,7 @@ def losses(sound, folder: Path, codec: str, gop: int, seed: int) -> Path:
     return lost(whole, folder / "lost.ts", places.sample(range(packets // 6, packets), 2))
 
 
+@pytest.mark.claim("Lost packets reject no true film")
 @pytest.mark.parametrize("codec", ["libx264", "libx265", "libvpx-vp9"])
 def test_packets_lost_reject_nothing(sound, folder, badge, codec):
     """Catches: a true film rejected for pictures that its decoder made up."""

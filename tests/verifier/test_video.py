@@ -181,6 +181,7 @@ def huge_png(width: int, height: int) -> bytes:
     return b"\x89PNG\r\n\x1a\n" + head + control + chunk(b"IDAT", zlib.compress(bytes(4000))) + chunk(b"IEND", b"")
 
 
+@pytest.mark.claim("A film's header cannot ask for all memory")
 @pytest.mark.skipif(sys.platform != "linux", reason="reads Linux's own count of a process' memory")
 def test_a_header_cannot_ask_for_all_memory(tmp_path):
     """Catches: probing that fills pictures of any size (a gigabyte here); a limit on opening that decoding forgets."""

@@ -45,6 +45,7 @@ def test_leaning_fringes_are_turned_upright(lean_deg):
     assert upright.mean(axis=0).std() > 5 * upright.mean(axis=1).std()
 
 
+@pytest.mark.claim("The published method scores as published")
 @pytest.mark.slow
 def test_a_true_film_scores_as_published_and_so_does_a_reversed_one(films: Path, prototype: Badge, tmp_path: Path):
     """The baseline must be as good as its paper (0.87), and blind to sign like it; catches a weakened baseline."""

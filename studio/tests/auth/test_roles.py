@@ -90,6 +90,7 @@ def test_every_route_names_its_rule(visit: Visit) -> None:
             assert [set(rule.roles) for rule in rules] == [expected(route.path)], route.path
 
 
+@pytest.mark.claim("A token can do its role's work alone")
 @pytest.mark.parametrize("role", [None, "issuer", "verifier", "monitor", "admin"])
 def test_a_role_cannot_do_anothers_work(visit: Visit, role: str | None) -> None:
     """Catches: a rule that is named and not kept; a route that answers before it asks who it is."""

@@ -163,6 +163,7 @@ def test_challenges_stay_in_reach_and_differ() -> None:
     assert set(WAYS) <= {move for moves in seen for move in moves} and max(seen.values()) < 20
 
 
+@pytest.mark.claim("The stated chance of a replay is that of the draws")
 def test_the_stated_chance_is_that_of_the_draws() -> None:
     """Catches: a formula for the chance of a replay that differs from what the generator draws."""
     chance = random.Random(2)
@@ -172,6 +173,7 @@ def test_the_stated_chance_is_that_of_the_draws() -> None:
     assert chances.replay_chance() < chances.replay_chance(slack_s=SLACK_S) < 2e-4
 
 
+@pytest.mark.claim("None of fifty earlier answers passes a live check")
 @pytest.mark.slow
 def test_none_of_fifty_replays_passes() -> None:
     """Catches: a challenge that an earlier answer to another one meets; one that its own answer does not meet."""

@@ -164,6 +164,7 @@ def test_a_film_that_spoils_its_reader_marks_its_own_job_alone(
     assert visit.left() == []
 
 
+@pytest.mark.claim("A film that takes over its reader in the studio gets nothing")
 @pytest.mark.skipif(sys.platform != "linux", reason="other systems cannot close this")
 def test_a_film_that_takes_over_its_reader_gets_nothing(visit: Visit, tiny: Path) -> None:
     """Catches: a key, the registry, another visitor's film, the tokens or the network within a stranger's reach."""

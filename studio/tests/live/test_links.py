@@ -115,6 +115,7 @@ def test_a_look_or_a_preview_uses_nothing_up_and_the_asker_sees_it(asker: Asker)
     assert "opened, not begun" in asker.page().lower() and asker.newest().used_at is None
 
 
+@pytest.mark.claim("A one-time link works once")
 @pytest.mark.slow
 def test_a_check_is_told_once_to_the_asker_alone(asker: Asker, ada: Badge) -> None:
     """Catches: a link that works twice, or is passed without prompts; a result that another token reads, or that shows

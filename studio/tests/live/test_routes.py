@@ -85,6 +85,7 @@ def followed(ada: Badge, pictures: list[np.ndarray]) -> list[dict[str, Any]]:
     return session(ada, pictures)
 
 
+@pytest.mark.claim("A prompt is shown only when it is due")
 @pytest.mark.slow
 def test_who_follows_the_prompts_is_accepted_and_sees_them_only_when_due(followed):
     """Catches: prompts that are known in advance; a challenge whose frames are not those that are judged."""

@@ -241,6 +241,7 @@ def test_sheets_that_no_frame_holds_are_refused(lens_mm: float, margin: float, w
         plan_acrylic(board_of(badge, 200.0, 200.0, margin=margin, lens_mm=lens_mm))
 
 
+@pytest.mark.claim("No mount hides a fringe or a marker")
 def test_fringes_and_markers_stay_in_sight_of_cover_and_screws(badge: Badge, plan: AcrylicPlan, tmp_path: Path) -> None:
     """Catches: a lip over the fringes, a cover too thick, a window upside down; on the paths as a laser finds them."""
     path, _, _ = written(plan, 0.0, tmp_path)

@@ -140,6 +140,7 @@ def test_ink_growth_narrows_lines_about_their_middles(badge: Badge, tmp_path: Pa
     assert abs(begun.mean() - ended.mean()) * 25400 / 2400 < 6
 
 
+@pytest.mark.claim("Every edge on the page is where badge.json says")
 def test_every_edge_on_the_page_is_where_the_badge_says(badge: Badge, drawn: Drawn) -> None:
     """Catches: points rounded to hundredths (3.5 um), y turned over, a page scaled or shifted.
 
@@ -183,6 +184,7 @@ def test_rasterised_bands_have_their_pitch_and_their_dark_line_in_the_middle(bad
 # The page round the lines.
 
 
+@pytest.mark.claim("The page is true to scale and asks not to be scaled")
 def test_page_has_its_true_size_and_asks_not_to_be_scaled(badge: Badge, pdf: Path) -> None:
     """Catches: inches, a viewer that is free to fit to page, a TrimBox with y turned over or not there."""
     document = pdfium.PdfDocument(pdf)

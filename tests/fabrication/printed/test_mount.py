@@ -81,6 +81,7 @@ def overlap_mm3(one: Any, other: Any) -> float:
     return (one ^ other).volume()
 
 
+@pytest.mark.claim("A printed mount holds card and sheet")
 @pytest.mark.slow
 def test_card_and_sheet_lie_in_the_tray_and_cannot_leave_but_upwards(badge: Badge, printed: Any) -> None:
     card, sheet = card_and_sheet(badge)
@@ -209,6 +210,7 @@ def twice(mesh: Any) -> None:
     mesh.vertices, mesh.faces = mesh.vertices, np.vstack([mesh.faces, mesh.faces])
 
 
+@pytest.mark.claim("A damaged mesh is refused before it is written")
 @pytest.mark.parametrize(
     ("damage", "complaint"),
     [

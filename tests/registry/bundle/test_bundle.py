@@ -79,6 +79,7 @@ def test_a_bundle_chooses_no_one_by_a_line_that_looks_like_another(people, tmp_p
     assert (known.line, known.others) == ("Editor", 4)
 
 
+@pytest.mark.claim("No badge can be printed from a bundle")
 def test_it_gives_no_badge_away(people, tmp_path):
     """Catches: an identity, lines, or a log entry's record in the file; one specimen that is somebody's badge."""
     whole = published(people, tmp_path / "b").read_bytes()
@@ -186,6 +187,7 @@ def test_every_byte_is_signed(people, tmp_path):
         Bundle(tmp_path / "absent")
 
 
+@pytest.mark.claim("A bundle expires")
 def test_a_bundle_expires(people, tmp_path, monkeypatch):
     """Catches: an old bundle that a mirror serves for ever."""
     path = published(people, tmp_path / "b", days=2)
@@ -198,6 +200,7 @@ def test_a_bundle_expires(people, tmp_path, monkeypatch):
     assert caught.value.details["code"] == "expired"
 
 
+@pytest.mark.claim("An older bundle is refused once a newer one was seen")
 def test_an_older_bundle_is_refused_once_a_newer_one_was_seen(people, tmp_path):
     """Catches: a mirror that serves the bundle from before a revocation, which has not expired."""
     old = published(people, tmp_path / "old")

@@ -92,6 +92,7 @@ def test_cut_at_its_end_is_named(grown, copies):
     assert "cut off" in run("registry", "audit", "--since", copies / "late", "--registry", url_of(grown), code=1).stdout
 
 
+@pytest.mark.claim("A fork is found with a kept checkpoint")
 def test_forked_is_named(grown, copies, stranger):
     """Catches: a log as long as before, signed by the same key, in which something else was written."""
     shutil.copy(copies / "early.sqlite3", grown)

@@ -67,6 +67,7 @@ def put_back(path: Path) -> Path:
     return path
 
 
+@pytest.mark.claim("A registry that was put back is refused by who saw the later state")
 @pytest.mark.parametrize("reader", READERS)
 def test_a_state_of_before_a_kill_is_refused_by_every_reader(put_back: Path, reader: str) -> None:
     """Catches: a head that is remembered at a clean close only; a method that shows the state of before."""

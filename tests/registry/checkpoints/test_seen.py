@@ -56,6 +56,7 @@ def test_a_fork_is_refused(path, tmp_path, monkeypatch):
         assert [one.code for one in registry.audit().findings] == ["forked"]
 
 
+@pytest.mark.claim("A registry under another key is refused until it is trusted")
 def test_another_key_in_the_same_place_is_refused_until_it_is_trusted(path, tmp_path, monkeypatch):
     """Catches: a registry that was made anew by somebody else; a pin that pins nothing; a trust that lasts one call."""
     with open_registry(url_of(path), create=True) as registry:

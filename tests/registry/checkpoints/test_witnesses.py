@@ -95,6 +95,7 @@ def test_signatures_that_others_added_count(grown, witnesses, tmp_path):
     assert code_with(grown, out, witnesses.quorum(3)) == "not_witnessed"
 
 
+@pytest.mark.claim("Two registries for two readers are refused for who asks for witnesses")
 def test_a_split_view_is_refused(grown, witnesses, tmp_path, stranger):
     """Attack: two readers are shown two logs, each signed by the registry's own key."""
     shutil.copy(grown, other := tmp_path / "other.sqlite3")
@@ -112,6 +113,7 @@ def test_a_split_view_is_refused(grown, witnesses, tmp_path, stranger):
     assert code_with(other, true, witnesses.quorum()) == "forked"
 
 
+@pytest.mark.claim("A state from before a revocation passes no longer than its cosignatures count")
 def test_a_rollback_passes_no_longer_than_signatures_count(grown, witnesses, tmp_path, stranger, monkeypatch):
     """Attack: the state of before a revocation is put back, with the checkpoint of that day."""
     witnesses.sign(noted(grown, tmp_path / "early"))

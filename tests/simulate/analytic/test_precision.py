@@ -17,6 +17,7 @@ SETTINGS = {setting.name: setting for setting in eleven()}
 FEW = ("prototype, 1 m", "turned in the picture by 30 degrees", "both axes", "thick sheet, 3 mm", "line mask")
 
 
+@pytest.mark.claim("The renderer agrees with an outside tracer")
 @pytest.mark.slow
 @pytest.mark.parametrize("name", FEW)
 def test_the_renderer_agrees_with_an_outside_tracer(name):

@@ -91,6 +91,7 @@ def fresnel_turn_rad(lens: Lens, rear_pitch_mm: float, tan_x: float) -> float:
     return float(np.angle(np.mean((1 - reflected) * wave) / np.mean(wave)))
 
 
+@pytest.mark.claim("Mitsuba, the renderer and the law agree")
 @pytest.mark.parametrize("band", [0, 10])
 def test_three_routes_to_the_phase_agree(badge: Badge, band: int) -> None:
     """Mitsuba, the analytic renderer and the phase law, straight on and at 17 degrees, rad.

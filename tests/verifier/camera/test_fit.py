@@ -138,6 +138,7 @@ def test_a_badge_that_turns_shows_its_focal_length(rng):
     assert fitted(points, times, focal_px=1450.0).focal_span_px == (1450.0, 1450.0)
 
 
+@pytest.mark.claim("The focal length has an honest error bar")
 @pytest.mark.slow
 def test_the_focal_length_is_found_with_an_honest_error_bar():
     """Catches: a bar that is too short by a half; a prior that outweighs the film; a biased minimum."""

@@ -72,6 +72,7 @@ def true_film(law: np.ndarray = LAW, **how) -> GratingSignal:
 # Accepted.
 
 
+@pytest.mark.claim("Signals that obey the law are accepted")
 def test_a_true_film_is_accepted():
     """Catches: a test that nothing passes; a sign turned round on the way."""
     outcome = judge_signals([true_film()])
@@ -141,6 +142,7 @@ FORGED = {
 }
 
 
+@pytest.mark.claim("Fringes that stay, drift, come late, follow the place or wander are rejected")
 @pytest.mark.parametrize("name", list(FORGED))
 def test_each_forgery_of_a_whole_film_is_rejected_and_named_for_what_it_does(name):
     """Catches: a verdict by correlation alone; |gain|, which accepts reversed fringes; a frozen fringe's noise; a rival
@@ -154,6 +156,7 @@ def test_each_forgery_of_a_whole_film_is_rejected_and_named_for_what_it_does(nam
     assert named(outcome) == [name]
 
 
+@pytest.mark.claim("A gain that some build has is inconclusive, never accepted")
 @pytest.mark.parametrize("gain", [0.3, 0.5, 1.5, 1.9, 3.0])
 def test_a_gain_that_some_build_has_is_a_question_and_no_acceptance(gain):
     """Catches: a correlation of 1 taken for the law; air, a thick sheet or an unusual lens taken for a forgery."""
@@ -262,6 +265,7 @@ def test_what_worse_poses_could_explain_is_inconclusive():
 # Forged for a while, or in a part of the badge.
 
 
+@pytest.mark.claim("A lie of a second is found in a film of a minute")
 @pytest.mark.parametrize("seconds", [0.5, 1.0, 2.0])
 def test_a_short_lie_is_not_averaged_away(seconds):
     """Catches: fringes that stay still for a second of a minute, which a mean over the film thins out to nothing; its
@@ -304,6 +308,7 @@ def test_rows_that_move_apart_fail_alone():
     assert outcome.verdict == "reject" and failed(outcome) == ["agreement", "rows"]
 
 
+@pytest.mark.claim("Patches within a row that move by themselves are rejected")
 def test_places_within_a_row_that_move_apart_fail_alone():
     """Catches: edited patches of a row, which the row's mean hides."""
     outcome = judge_signals([true_film(places_rad=0.3)])
@@ -369,6 +374,7 @@ def test_a_badge_that_moves_unseen_is_reported_as_a_gap():
 # A rival that would look alike.
 
 
+@pytest.mark.claim("One steady sweep is inconclusive, and the rivals that remain are named")
 def test_a_true_badge_on_one_sweep_is_inconclusive_with_the_rivals_that_remain():
     """Catches: a share that is counted and not acted upon; one without what to do about it."""
     outcome = judge_signals([true_film(SWEEP)])
@@ -404,6 +410,7 @@ def test_a_part_of_a_film_is_judged_without_shares():
 # Gain.
 
 
+@pytest.mark.claim("A gain counts by its error bar: rejected beyond it, inconclusive within")
 def test_a_gain_that_is_off_fails_beyond_its_error_and_is_undecided_within():
     """Catches: a bar that is not used; one that widens what passes, by which a vague film lets half the gain in."""
     off = fringe_signal(LAW, 1.4 * LAW)
@@ -575,6 +582,7 @@ def test_a_camera_or_an_editor_excuses_poses_and_no_row(gain, sign, code):
     assert judge_signals([replace(true_film(), **sign)]).verdict == "accept"
 
 
+@pytest.mark.claim("No doubt of the camera excuses a still or a reversed badge")
 @pytest.mark.parametrize("sign", [{"lasting_px": 1.1 * MAX_LASTING_PX}, {"lasting_px": 9.0}, {"mixed_share": 0.2}])
 @pytest.mark.parametrize("gain", [0.0, -1.0])
 def test_no_doubt_of_the_camera_excuses_a_still_or_a_reversed_badge(gain, sign):

@@ -148,6 +148,7 @@ def test_the_frequency_is_unbiased_and_its_bar_honest():
     assert 0.6 < off.std() / np.sqrt(np.mean(bars**2)) < 1.6
 
 
+@pytest.mark.claim("The phase error matches its bar")
 def test_the_phase_error_matches_its_bar():
     """Catches: a variance for a deviation; harmonics counted as noise; a bar that ignores the contrast."""
     errors, bars = [], []

@@ -129,6 +129,7 @@ def test_the_reading_survives_building_light_and_even_forgery(ada, built):
     assert 1 / beat[0] == pytest.approx(1 / beat[1] - drift, rel=0.004 if built.gain == 1.0 else 0.02)
 
 
+@pytest.mark.claim("Identities are decoded without a look at the claim")
 def test_only_the_layout_of_the_claimed_badge_is_looked_at(ada, ada_track):
     """Catches: any look at the claimed badge's own lines while decoding."""
     grating = ada.gratings[0]
@@ -224,6 +225,7 @@ def test_rows_that_a_twist_turns_against_one_another_still_tell_it(ada, degrees)
     assert reading.decoded.payload.hex() == ada.id
 
 
+@pytest.mark.claim("A damaged identity is never another's")
 @pytest.mark.slow
 def test_much_damage_never_reads_as_somebody_else(ada, ada_track):
     """Catches: a decoder that always finds a word; half a badge of one person and half of another."""
@@ -232,6 +234,7 @@ def test_much_damage_never_reads_as_somebody_else(ada, ada_track):
         assert outcome.decoded_id in (ada.id, None), rows
 
 
+@pytest.mark.claim("A code under another badge's rows is a mismatch")
 def test_a_word_under_another_badge_s_beats_is_a_mismatch(ada, other):
     """Catches: beats that are never compared: cells copied from one badge, between the rows of another."""
     own, foreign = ada.gratings[0], other.gratings[0]
@@ -308,6 +311,7 @@ def cells_of(track: Track) -> list[int]:
     return [k for k, strip in enumerate(track.strips) if not strip.uniform]
 
 
+@pytest.mark.claim("Still cells of another badge between moving rows are rejected")
 @pytest.mark.parametrize("how", ["frozen", "backwards"])
 def test_a_picture_of_cells_between_live_rows_is_rejected(ada, ada_track, how):
     """Catches: motion that is asked of the uniform rows alone: a picture of somebody's cells then reads as them."""

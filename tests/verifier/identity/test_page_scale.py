@@ -33,6 +33,7 @@ def off(identity: Identity) -> float | None:
     return next((float(one.measured) for one in identity.reasons if one.code == "page_scale"), None)
 
 
+@pytest.mark.claim("A page printed at a wrong scale is called that, and no forgery")
 @pytest.mark.parametrize("scale", [0.96, 0.965, 0.97, 0.975])
 def test_a_page_that_mirrors_its_code_is_no_forgery(board, scale):
     """Catches: a page printed at 97 %, whose fringes run backwards, rejected; an identity that is read in a mirror and

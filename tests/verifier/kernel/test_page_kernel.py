@@ -129,6 +129,7 @@ def warps(rng):
         yield np.array([[1e-3, 0, place[0]], [0, 1e-3, place[1]], [0, 0, 1.0]])
 
 
+@pytest.mark.claim("No film makes the kernel in C read outside of its memory")
 def test_no_homography_makes_the_kernel_read_outside_or_return_what_is_no_number(rng):
     """Catches: a crash, or a place beyond the plane: the plane's surroundings are another count than its own."""
     surrounded = np.full((94, 130), 255, np.uint8)

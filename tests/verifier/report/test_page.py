@@ -164,6 +164,7 @@ def test_the_page_is_well_formed(page):
         ElementTree.fromstring(svg)
 
 
+@pytest.mark.claim("A report's page asks for nothing from outside")
 def test_the_page_asks_for_no_other_file(page):
     """Catches: a font, a script or a picture fetched from elsewhere: it shows who verifies whom; it fails offline."""
     for tag, attributes in Page(page).tags:
@@ -185,6 +186,7 @@ def test_addresses_are_names_only(page):
         assert re.findall(r"https?://|//\w+\.", outside) == []
 
 
+@pytest.mark.claim("No name writes HTML on a report's page")
 @pytest.mark.slow
 def test_names_and_paths_cannot_write_html(ada):
     """Catches: a template without escaping; a name put into a template that is then rendered again."""

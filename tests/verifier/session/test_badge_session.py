@@ -103,6 +103,7 @@ def test_of_two_badges_of_one_identity_neither_decides():
         assert "(40, 9)" in found.text and "(700, 9)" in found.text
 
 
+@pytest.mark.claim("A true badge next to a forged one excuses nothing")
 @pytest.mark.parametrize(
     ("spans", "decoded", "rejected"),
     [

@@ -156,6 +156,7 @@ def test_without_the_package_it_is_told_what_to_install(monkeypatch):
         FaceFollower()
 
 
+@pytest.mark.claim("--overlap asks that the badge passes before the face")
 @pytest.mark.slow
 def test_a_recorded_call_is_judged_with_its_overlap(badge, films_of_calls, tmp_path):
     """Catches: `--overlap` that changes no verdict; a report without it; a film whose lie the overlap passes."""

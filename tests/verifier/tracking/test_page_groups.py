@@ -139,6 +139,7 @@ def judged(pictures, badge: Badge, claimed: str | None):
     return worst(list(reasons)), running[-1].verdict, verifier
 
 
+@pytest.mark.claim("Of two badges in view, neither excuses nor rejects the other")
 @pytest.mark.slow
 @pytest.mark.parametrize("claimed", [True, False], ids=["claim", "no claim"])
 def test_a_true_badge_excuses_no_forged_one_and_a_copy_rejects_no_true_one(shots, ada, claimed):

@@ -34,6 +34,7 @@ def at(*shares: float, law: np.ndarray = CALM) -> np.ndarray:
     return law.min() + np.array(shares) * np.ptp(law)
 
 
+@pytest.mark.claim("A few cross-faded photographs are found")
 @pytest.mark.parametrize("shares", [(0, 1), (0, 0.5, 1), (0, 0.3, 1), (0, 0.2, 0.6, 1)])
 @pytest.mark.parametrize("noise", [0.0, 0.003])
 def test_a_few_photographs_are_seen_wherever_they_were_taken(shares, noise):

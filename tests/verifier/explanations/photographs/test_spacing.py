@@ -22,6 +22,7 @@ from moireid.verifier.fringes.grating_signal import DepthLaw
 from moireid.verifier.limits import SPACING_FLOOR_RAD
 
 
+@pytest.mark.claim("Photographs from one distance are found where the distance changes")
 @pytest.mark.parametrize("sd", [0.0, 0.02, 0.1, 0.3, 0.36, 0.6, 3.0])
 def test_where_the_spacing_is_tested_a_table_of_photographs_is_wrong_and_nowhere_else(sd):
     """Catches: a film called tested whose error bar lets a table pass; a table called wrong by a vague figure."""

@@ -24,6 +24,7 @@ def turning(overtone: np.ndarray, law: np.ndarray, expected: np.ndarray | None =
     return found
 
 
+@pytest.mark.claim("Three superposed photographs are found")
 @pytest.mark.parametrize("range_rad", [1.5, 2.1, 3.0, 5.0, 8.0, 12.6])
 @pytest.mark.parametrize("strength", [0.5, 1.0])
 def test_three_photographs_laid_over_each_other_are_seen(range_rad, strength):
