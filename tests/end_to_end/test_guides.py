@@ -169,25 +169,6 @@ def test_no_page_shows_raw_braces() -> None:
     assert [page.name for page in PAGES + READ_THERE if "{{" in page.read_text(encoding="utf-8")] == []
 
 
-@pytest.mark.parametrize(
-    "page",
-    [
-        "```console\n$ false\n```\n",
-        "```console\n$ true   # exit code 1\n```\n",
-        "```console\n$ echo one\ntwo\n```\n",
-        "```python\nraise SystemExit(0)\n```\n",
-        "```python\nprint(1)\n```\n\n```text\n2\n```\n",
-        "```python\none = 1\n```\n\n```text\n1\n```\n",
-    ],
-)
-def test_a_page_that_is_wrong_fails(page: str, tmp_path: Path) -> None:
-    """Catches: a runner that passes over exit codes, output, or what Python raises."""
-    wrong = tmp_path / "page.md"
-    wrong.write_text(page)
-    with Session(tmp_path) as session, pytest.raises(AssertionError, match=r"page\.md, line [15]"):
-        session.follow(wrong)
-
-
 class _Fetched(HTMLParser):
     """What a page makes a browser fetch."""
 
