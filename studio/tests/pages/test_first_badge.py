@@ -5,10 +5,8 @@ Next to each test: the wrong implementation it catches.
 
 from __future__ import annotations
 
-import os
 import time
 from collections.abc import Iterator
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -16,11 +14,9 @@ import msgspec
 import pytest
 
 from kit.webbing import Visit, film_form, studio
-from moireid.bringup.bring_up import STEPS, Advance
-from moireid.bringup.build_folder import BuildFolder, BuildState, Figure, Reading, Wish
-from moireid_studio.jobs.build_round import in_page_words
+from moireid.bringup.build_folder import BuildState, Reading, Wish
 from moireid_studio.pages.first_badge import FILES
-from moireid_studio.store.build_store import KEEP_DAYS, MOST_BUILDS, Build, BuildRound
+from moireid_studio.store.build_store import Build, BuildRound
 
 JPEG, MP4 = b"\xff\xd8\xff\xe0" + bytes(600), b"\0\0\0\x18ftypmp42" + bytes(600)
 BEGUN = {"name": "Ada Lovelace", "lens": "50lpi", "printer_dpi": "1200", "paper": "a4", "thickness_mm": "1,02"}
@@ -68,20 +64,6 @@ def sent(build: Build) -> list[str]:
 
 
 SHEET = BuildRound(["charts"], "sheet", None)
-
-
-def test_a_build_is_begun_for_what_is_sold_alone(visit: Visit) -> None:
-    """Catches: a path of this machine as a lens sheet; a name that no badge can bear; a comma that is no number."""
-    for wrong in ({"lens": "/etc/passwd"}, {"lens": "x.json"}, {"name": " "}, {"printer_dpi": "7"}, {"paper": "b5"}):
-        answer = visit.ask("POST", "/first-badge", "issuer", data=BEGUN | wrong)
-        assert answer.status_code == 422 and 'role="alert"' in answer.text, wrong
-    assert "Your builds" not in visit.ask("GET", "/first-badge", "issuer").text
-    build = begin(visit)
-    assert build.note.wish == Wish("Ada Lovelace", "50lpi", 1200, "a4", 1.02)
-    job = visit.studio.jobs.ledger.find(build.note.job)
-    assert job is not None and job.lane == "issue" and job.wish["wish"]["thickness_mm"] == 1.02
-    page = visit.ask("GET", f"/first-badge/{build.id}", "issuer").text
-    assert "Drawing the pitch test" in page and 'http-equiv="refresh"' in page
 
 
 def test_a_build_is_its_owner_s_alone(visit: Visit) -> None:
@@ -140,65 +122,6 @@ def test_of_two_uploads_at_once_one_is_read_and_the_other_is_refused(visit: Visi
     assert visit.studio.jobs.ledger.counts()["waiting"] == 1
 
 
-def test_a_restart_and_a_reload_lose_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Catches: builds that are tidied up with the folders of jobs; a round that is forgotten as the studio stops."""
-    monkeypatch.setenv("MOIREID_KEYS", str(tmp_path / "keys"))
-    with studio(tmp_path, work=False) as visit:
-        (visit.folder / "jobs").mkdir()
-        build = begin(visit)
-        came(visit, build, SHEET)
-        assert visit.ask(*send(build, "sheet-photo", JPEG)[:3], **film_form(JPEG)).status_code == 303
-        tokens = visit.tokens
-    with studio(tmp_path, work=False, keep_s=0.0) as visit:
-        visit.tokens = tokens
-        visit.studio.jobs.workers.sweep()
-        visit.studio.jobs.workers.clear()
-        for _ in range(2):
-            page = visit.ask("GET", f"/first-badge/{build.id}", "issuer").text
-            assert "Reading what you sent" in page and "Photograph the pitch test" in page
-        assert sent(build_of(visit, build.id)) == ["sheet-photo.jpg"]
-
-
-def test_a_page_says_what_is_next_in_its_own_words(visit: Visit) -> None:
-    """Catches: a path of this machine, or an option of the command, on a page; a refusal or an advice left out; a
-    name or a finding that is run as HTML."""
-    for step in STEPS:
-        folder = BuildFolder(Path("first-badge"), BuildState(1, "first-badge"))
-        words = " ".join(in_page_words(Advance(folder, STEPS, (), step)).ask)
-        assert not any(left in words for left in ("first-badge", "Save it", "--", ".mp4", ".jpg", "/")), words
-    build = begin(visit)
-    advice = "Give the camera's distance by a tape measure (--distance), or its --focal-px."
-    reading = Reading(figures=[Figure("Sheet <b>", 0.508, 0.0003, "mm", "look", "words", advice)])
-    came(visit, build, BuildRound(["sheet"], "sheet", "first-badge/sheet-photo.jpg <i>is dark"), ("sheet", reading))
-    page = visit.ask("GET", f"/first-badge/{build.id}", "issuer").text
-    assert "Next: photograph the pitch test" in page and "> sheet-photo.jpg &lt;i&gt;is dark" in page
-    assert "0.50800 ± 0.00030 mm" in page and "Sheet &lt;b&gt;" in page and str(visit.folder) not in page
-    assert "by a tape measure, or its focal length." in page and 'name="video"' in page
-
-
-def test_figures_by_hand_are_kept_and_can_be_taken_back(visit: Visit) -> None:
-    """Catches: a figure that is lost, or cannot be forgotten; an impossible one that is handed to the process."""
-    build = begin(visit)
-    place = f"/first-badge/{build.id}/round"
-    for data, status in (
-        ({"thickness_mm": "-1"}, 422),
-        ({"measured_scale": "3"}, 422),
-        ({"thickness_mm": "0.98", "measured_scale": "0.9973,0.9981", "distance_m": "1,1", "focal_px": ""}, 303),
-        ({"thickness_mm": "", "measured_scale": "", "distance_m": "", "focal_px": ""}, 303),
-    ):
-        came(visit, build_of(visit, build.id), SHEET)
-        before = build_of(visit, build.id).note.wish
-        shown = visit.ask("GET", f"/first-badge/{build.id}", "issuer").text
-        assert ('value="0.9973,0.9981"' in shown) == (before.measured_scale is not None)
-        assert visit.ask("POST", place, "issuer", data=data).status_code == status, data
-        wish = build_of(visit, build.id).note.wish
-        if status == 422:
-            assert wish == before
-        elif data["thickness_mm"]:
-            assert (wish.thickness_mm, wish.measured_scale, wish.distance_m) == (0.98, (0.9973, 0.9981), 1.1)
-    assert (wish.thickness_mm, wish.measured_scale, wish.distance_m) == (None, None, None)
-
-
 def test_what_a_process_leaves_is_read_no_further_than_is_meant(visit: Visit, tmp_path: Path) -> None:
     """Catches: a link out of the folder that is handed out; a report whose scripts run on the studio's own page; a
     state of any shape or size that is believed; a path or a sheet that the process names."""
@@ -227,28 +150,6 @@ def test_what_a_process_leaves_is_read_no_further_than_is_meant(visit: Visit, tm
     build.media.symlink_to(tmp_path)
     assert visit.ask(*send(build, "sheet-photo", JPEG)[:3], **film_form(JPEG)).status_code == 503
     assert not list(tmp_path.glob("sheet-photo*"))
-
-
-def test_builds_are_limited_and_removed(visit: Visit) -> None:
-    """Catches: a disk that builds fill; films that are kept for ever; one that is removed without being sure, or whose
-    films stay as it is removed while they are read."""
-    build = begin(visit)
-    came(visit, build, SHEET)
-    visit.studio.settings = replace(visit.studio.settings, limits=replace(visit.studio.settings.limits, disk_bytes=900))
-    answer = visit.ask(*send(build, "sheet-photo", JPEG)[:3], **film_form(JPEG))
-    assert answer.status_code == 503 and "delete a build" in answer.text and sent(build) == []
-    place = f"/first-badge/{build.id}"
-    assert visit.ask("POST", f"{place}/round", "issuer").status_code == 303
-    assert visit.ask("POST", f"{place}/delete", "issuer").status_code == 422 and build.folder.exists()
-    assert visit.ask("POST", f"{place}/delete", "issuer", data={"sure": "true"}).status_code == 303
-    assert not build.folder.exists() and visit.studio.jobs.ledger.counts()["waiting"] == 0
-    builds = [visit.studio.builds.begin("me", Wish()) for _ in range(MOST_BUILDS)]
-    with pytest.raises(Exception, match="delete one"):
-        visit.studio.builds.begin("me", Wish())
-    before = time.time() - (KEEP_DAYS + 1) * 86_400
-    os.utime(builds[0].folder / "build.json", (before, before))
-    visit.studio.builds.remove_old()
-    assert [one.folder.exists() for one in builds] == [False] + [True] * (MOST_BUILDS - 1)
 
 
 @pytest.mark.slow
