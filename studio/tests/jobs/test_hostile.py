@@ -20,7 +20,7 @@ from moireid.sandbox.process import ForkServer
 from moireid.verifier import Claim, verify
 from moireid.verifier.fringes.place_map import knots_mm
 from moireid_studio.jobs import child, queue, workers
-from moireid_studio.jobs.child import Unusable, check_capture, frames_of, kept_of, result_of
+from moireid_studio.jobs.child import Unusable, check_capture, result_of
 from moireid_studio.jobs.claims import PreparedJob
 from moireid_studio.jobs.queue import Job, Jobs
 from moireid_studio.settings import Limits
@@ -88,20 +88,6 @@ def test_it_cannot_have_itself_done_again(run: Callable[..., tuple[Job, Jobs]]) 
     assert (job.state, job.taken) == ("failed", 1) and job.problem is not None and job.problem[0] == "crash"
 
 
-def test_an_unexpected_error_ends_one_job(
-    run: Callable[..., tuple[Job, Jobs]], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Catches: a worker that any error of ours ends."""
-
-    def fail(*given: Any, **more: Any) -> None:
-        raise LookupError("an unexpected error")
-
-    monkeypatch.setattr(workers, "run_task", fail)
-    job, jobs = run("questions")
-    assert job.problem is not None and job.problem[0] == "system" and "log" in job.problem[1]
-    assert all(thread.is_alive() for thread in jobs.workers.threads)
-
-
 def test_it_may_ask_as_often_as_a_film_needs(
     run: Callable[..., tuple[Job, Jobs]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -110,17 +96,6 @@ def test_it_may_ask_as_often_as_a_film_needs(
     monkeypatch.setattr(workers, "answer_to", lambda question, people: asked.append(question) or [])
     job, _ = run("questions", "identify", questions=6)
     assert len(asked) == 6 and job.problem is not None and job.problem[0] == "crash"
-
-
-@pytest.mark.parametrize(
-    "said",
-    [None, [], [1], ["x", None], [-1, None], [True, None], [1, "x"], [1.5, None], [10**30, None], {"a": 1, "b": 2}],
-)
-def test_progress_is_of_frames(said: object) -> None:
-    """Catches: what is no number taken for one."""
-    assert frames_of([3, None]) == (3, None) and frames_of([3, 9]) == (3, 9)
-    with pytest.raises(Unusable):
-        frames_of(said)
 
 
 @pytest.mark.slow
@@ -167,20 +142,3 @@ def test_a_capture_is_of_the_badge_that_was_asked_about(ada: Badge) -> None:
     for figures in (*wrong, said(replace(mapped, place_maps=maps[:1] * 9)), {"kind": "capture", "id": ada.id}):
         with pytest.raises(Unusable):
             check_capture(figures, ada)
-
-
-def test_pictures_have_names() -> None:
-    """Catches: titles that are no texts, or a time that is none, on the verdict's page."""
-    assert kept_of({"files": ["a"], "plots": [], "frame_s": 1.0, "more": 1}) == {
-        "files": ["a"],
-        "plots": [],
-        "frame_s": 1.0,
-    }
-    for wrong in (
-        {},
-        {"files": "a", "plots": []},
-        {"files": [], "plots": [1]},
-        {"files": [], "plots": [], "frame_s": "1"},
-    ):
-        with pytest.raises(Unusable):
-            kept_of(wrong)

@@ -8,11 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from kit.registries import badge_of
-from kit.webbing import badge_film, film_form, studio, tiny_film
+from kit.webbing import film_form, studio, tiny_film
 from moireid import __version__
 from moireid.badge import Badge
-from moireid_studio.jobs.workers import with_notes
 from moireid_studio.store import verdict_store as module
 from moireid_studio.store.verdict_store import Verdicts, said
 
@@ -53,24 +51,6 @@ def test_each_verdict_is_written_down_without_names(ada: Badge, films: Path, tmp
         visit.studio.registry.erase(ada.name)
         page = visit.ask("GET", "/verdicts", "admin").text
         assert "Ada Lovelace" not in page and "somebody who was erased" in page
-
-
-@pytest.mark.slow
-def test_a_found_badge_says_who_else_could_have_it(tmp_path: Path) -> None:
-    """Catches: an identification that says less of a badge than a verification does; notes by the decoder's word."""
-    ada = badge_of("Ada Lovelace", None)
-    with studio(tmp_path, ada) as visit:
-        film = badge_film(ada, tmp_path / "f.mp4")
-        answer = visit.ask("POST", "/api/identify", "verifier", **film_form(film))
-        result = answer.json()
-        assert result["found_id"] == ada.id, result
-        codes = [reason["code"] for reason in result["reasons"]]
-        assert codes[-1] == "copyable" and codes.count("copyable") == 1
-        registry = visit.studio.registry
-        assert with_notes(registry, {"found_id": ada.id}) == {"found_id": ada.id}
-        registry.store_as_built(str(ada.id), '{"tilt_rad": 0.01}')
-        noted = with_notes(registry, {"found_id": ada.id, "reasons": []})
-        assert noted["reasons"] == []
 
 
 def test_only_what_can_be_a_verdict_is_taken() -> None:
