@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from fractions import Fraction
 from pathlib import Path
 
 import av
@@ -10,10 +9,9 @@ import numpy as np
 import pytest
 
 from moireid.badge import Badge
-from moireid.simulate.cameras import Camera, camera_named
-from moireid.simulate.effects import table
+from moireid.simulate.cameras import Camera
 from moireid.simulate.effects.table import KINDS, effect_named
-from moireid.simulate.filming import FilmOptions, film, filmed, scene_of
+from moireid.simulate.filming import film
 from moireid.simulate.motion import motion_named
 from moireid.simulate.recording.encode import FilmWriter, Pass, Recipe
 from moireid.simulate.recording.sensor import hybrid_log_gamma, perceptual_quantiser
@@ -55,13 +53,6 @@ def test_paper_is_as_bright_in_the_file_as_the_standard_says(tmp_path):
     assert plane.mean() == pytest.approx(64 + 876 * 0.75, abs=4)
 
 
-def test_wide_pixels_are_told_by_a_flag(prototype, tmp_path):
-    """Catches: a flag that the container loses; the inverse of the aspect."""
-    with av.open(str(shoot(prototype, tmp_path / "a.mp4", "anamorphic"))) as container:
-        stream = container.streams.video[0]
-        assert (stream.width, stream.height) == (360, 272) and stream.sample_aspect_ratio == Fraction(4, 3)
-
-
 def test_a_call_changes_its_sharpness_and_keeps_its_size(tmp_path):
     """Catches: frames lost where the size changes; a file that changes its size; a spell that never ends."""
     noise = np.random.default_rng(1).integers(0, 256, (360, 640)).astype(np.uint8)
@@ -77,13 +68,6 @@ def test_a_call_changes_its_sharpness_and_keeps_its_size(tmp_path):
     assert np.array_equal(spread > 30, [k // 30 % 2 == 0 for k in range(70)])
 
 
-def test_a_call_is_the_first_encoding_and_the_recording_the_last():
-    """Catches: a call's rate for the recording; turns of another rate."""
-    change = effect_named("call:strong").recipe
-    assert change is not None
-    assert change(Recipe((Pass(crf=23),))).passes == (Pass(kbps=200, turns=(360, 240)), Pass(crf=23))
-
-
 # The table.
 
 
@@ -93,16 +77,3 @@ def test_every_effect_has_three_rising_strengths_a_unit_and_a_source():
         steps = np.sign(np.diff(kind.figures))
         assert kind.name == name and abs(steps.sum()) == 2 and kind.what and kind.source
         assert all(kind.make(figure) is not None for figure in kind.figures)
-
-
-def test_a_camera_named_after_an_effect_is_a_phone_with_it(prototype, tmp_path):
-    """Catches: an alias without its effect; effects of a wish that are dropped; a format's frame rate that is lost."""
-    assert set(table.CAMERAS.values()) <= set(KINDS)
-    wish = FilmOptions(motion="linear", frames=4, camera="call-tile", format="848x480@24", effects=("crop:light",))
-    scene = scene_of(prototype, wish)
-    assert (scene.camera.width, scene.camera.height) == (848, 480)
-    assert scene.camera.focal_px / 848 == pytest.approx(camera_named("phone").focal_px / 1920)
-    report = filmed(scene, wish, tmp_path / "a.mp4")
-    assert report.size == (1144, 720)
-    with av.open(str(report.video)) as container:
-        assert container.streams.video[0].average_rate == 24
