@@ -13,7 +13,7 @@ import pytest
 from moireid.cli.simulate_cmd import simulate_command
 from moireid.errors import SpecError
 from moireid.simulate.build import Build, build_named, build_of_truth, flawed
-from moireid.simulate.filming import FilmOptions, _check_backend, scene_of
+from moireid.simulate.filming import _check_backend
 from moireid.simulate.flaw_table import BUILDS, FLAWS, PRESETS, read_flaw
 from moireid.simulate.motion import Poses
 from moireid.simulate.scene import Scene
@@ -27,27 +27,6 @@ def test_a_flaw_has_a_field_and_the_help_names_it():
     words = (simulate_command.help or "").split()
     assert {*FLAWS, *BUILDS} <= set(words)
     assert all({*wishes} <= {*FLAWS} for wishes in PRESETS.values())
-
-
-@pytest.mark.parametrize("name", BUILDS)
-def test_a_named_build_is_alike_in_all_films(name):
-    """Catches: chance that follows the film's seed though the build has its own; a preset out of its own ranges."""
-    one, again, other = (build_named(f"{name}:{seed}", film) for seed, film in ((7, 1), (7, 2), (8, 1)))
-    assert one == again and (one == other) == (name == "ideal")
-    assert build_named(name, 7) == one
-
-
-def test_poor_is_beyond_usual_in_every_flaw():
-    """Catches: presets exchanged; a flaw that the worse build lacks."""
-    usual, poor, plain = (build_named(name, 3) for name in ("usual", "poor", "typical"))
-    assert plain == Build.typical(3)
-    for name in PRESETS["usual"]:
-        # The worse badge is bent more: to a smaller radius.
-        mine, worse = (
-            1 / value if name == "bow" else abs(value - getattr(Build(), FLAWS[name].field))
-            for value in (getattr(build, FLAWS[name].field) for build in (usual, poor))
-        )
-        assert worse > mine > 0
 
 
 def test_an_option_overrides_one_quantity():
@@ -73,15 +52,6 @@ def test_the_truth_holds_the_build_whole(prototype, tmp_path, name):
     assert build_of_truth(path) == build_named(str(path), 0) == build
     row = next(csv.DictReader(path.open(encoding="utf-8")))
     assert {key: float(value) for key, value in row.items() if key != "label"}["build_haze"] == build.haze
-
-
-def test_a_lamp_of_the_build_lights_a_scene_without_a_light(prototype):
-    """Catches: a glare that only the command shows; two lights at once; one in place of the light asked for."""
-    assert Scene(prototype, Build(glare=0.2)).light.share == 0.2 and Scene(prototype).light is None
-    window = scene_of(prototype, FilmOptions(build="usual", light="window")).light
-    assert window is not None and window.place_mm[0] > 0
-    with pytest.raises(SpecError, match="two lights"):
-        scene_of(prototype, FilmOptions(flaws=("glare=0.1",), light="window"))
 
 
 def test_mitsuba_refuses_what_it_does_not_build(prototype):
