@@ -3,26 +3,18 @@
 from __future__ import annotations
 
 import itertools
-import json
-import math
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
-from click.testing import CliRunner
 
 from moireid.badge import Badge
-from moireid.cli.main import moireid
-from moireid.cli.printing import print_options
 from moireid.designer import Request, design_badge
 from moireid.designer.formats import FORMATS, ORIENTATIONS, in_format, within_reach
 from moireid.designer.reach import CALL, PHONE, read_of, verdict_reach_m
 from moireid.designer.request import FringeBorder
 from moireid.errors import DesignError
 from moireid.fabrication.event import places_mm
-from moireid.issuing import Wear
 from moireid.profiles import PAPERS_MM
-from moireid.sheets import DEFAULT_LENS
 
 PAYLOAD = bytes.fromhex("7097c67b0fafc59b")
 EACH = list(itertools.product(FORMATS, ORIENTATIONS, PAPERS_MM))
@@ -83,25 +75,3 @@ def test_a_range_is_cut_to_what_the_board_allows_and_kept_where_it_is_given() ->
     with pytest.raises(DesignError, match="leaves no room"):
         within_reach(replace(tall, size_mm=(40.0, 40.0)))
     assert within_reach(Request("A")) == Request("A")
-
-
-def test_the_board_is_todays_default() -> None:
-    """Catches: a format of the default's name that is another badge; one of no format on a sheet that is not sold."""
-    wish = Wear(None, None, None, None, None, None, (), None, None, None).fit(Request("A"))
-    assert design_badge(in_format(Request("A"), "board"), PAYLOAD) == design_badge(wish, PAYLOAD)
-    assert wish.lens == DEFAULT_LENS and replace(wish, lens="50lpi") == Request("A")
-
-
-@pytest.mark.slow
-def test_the_command_knows_every_format_and_prints_one(tmp_path: Path) -> None:
-    """Catches: a format that the command leaves out, and a lens or range of another one."""
-    assert (tuple(FORMATS), ORIENTATIONS) == (print_options.FORMATS, print_options.ORIENTATIONS)
-    asked = ["print", "Ada", "--out", str(tmp_path), "--format", "cr80", "--orientation", "portrait", "--json"]
-    done = CliRunner().invoke(moireid, asked)
-    assert done.exit_code == 0, done.output
-    document = json.loads((tmp_path / "badge.json").read_text())
-    x0, y0, x1, y1 = document["board"]["rect_mm"]
-    assert math.isclose(x1 - x0, 54.0) and math.isclose(y1 - y0, 85.6)
-    assert document["range_m"] == [0.3, 0.6] and document["print"]["lens"] == "75lpi-18mil"
-    refused = CliRunner().invoke(moireid, [*asked, "--size", "60x66", "--overwrite"])
-    assert refused.exit_code == 2 and "without --format" in refused.output

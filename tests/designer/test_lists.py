@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from moireid.designer.list_table import read_list
-from moireid.designer.people import PersonRow, design_people, parse_people
+from moireid.designer.people import design_people, parse_people
 from moireid.designer.request import Request
 from moireid.errors import SpecError
 from moireid.names import line_of
@@ -57,17 +57,3 @@ def test_namesakes_are_distinguished_by_their_lines() -> None:
     assert results[2].note and results[2].note.startswith(
         "rows 3 and 4 bear the name 'Ana Silva' and the line 'Editor'"
     )
-
-
-def test_a_note_or_fault_of_a_name_is_at_its_row() -> None:
-    """Catches: a warning for the whole list alone; a refusal that names no row."""
-
-    def said(name: str) -> str | None:
-        if name == "Eve":
-            raise SpecError("no font")
-        return "a letter is left out" if name == "Bo" else None
-
-    people = [PersonRow(row, name, "") for row, name in enumerate(("Ada", "Bo", "Eve"), start=2)]
-    results = list(design_people(people, Request("Everybody"), name_note=said))
-    assert [one.name_note for one in results] == [None, "a letter is left out", None]
-    assert str(results[2].fault) == "row 4 of the list ('Eve'): no font"
