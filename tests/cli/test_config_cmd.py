@@ -9,10 +9,8 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner, Result
 
-from moireid.cli.common import SettingOption
 from moireid.cli.main import moireid
 from moireid.registry.engine import default_url, read_url
-from moireid.user_settings import KEYS
 
 
 @pytest.fixture(autouse=True)
@@ -83,22 +81,6 @@ def test_print_takes_the_settings_and_enters_no_badge_by_them(tmp_path: Path, mo
 
 
 @pytest.mark.parametrize(
-    ("key", "value", "words"),
-    [
-        ("papr", "a4", "no such setting as 'papr' (did you mean paper?)"),
-        ("paper", "a3", "'a3' is not one of 'a4', 'letter'"),
-        ("printer-dpi", "9", "9 is not in the range"),
-        ("lens", "55lpi", "lens '55lpi' is not known"),
-        ("registry", "postgresql:people", "no database URL"),
-        ("actor", " ", "actor"),
-    ],
-)
-def test_nothing_is_set_that_no_command_takes(settings: Path, key: str, value: str, words: str) -> None:
-    """Catches: a wrong value that is found by another command, days later."""
-    assert words in refused("config", "set", key, value) and not settings.exists()
-
-
-@pytest.mark.parametrize(
     ("text", "words"),
     [
         ('papers = "a4"', "no such setting as 'papers' (did you mean paper?)"),
@@ -122,19 +104,6 @@ def test_the_file_is_its_users_alone_and_hides_no_password_in_show(settings: Pat
     assert stat.S_IMODE(settings.stat().st_mode) == 0o600
     assert "secret" not in done("config", "show") and "secret" in settings.read_text(encoding="utf-8")
     assert shown()["actor"] == ('Ada "the" \\ Ünïcode', "file")
-
-
-def test_each_setting_is_an_option_of_that_name_and_in_the_help() -> None:
-    """Catches: a key that no command reads; one that the help leaves out."""
-    helped = done("config", "--help")
-    found = {param.key for name in ("print", "pitch-test", "enroll", "serve") for param in _settings_of(name)}
-    assert set(KEYS) == found | {"registry"} and all(f"\n  {key} " in helped for key in KEYS)
-
-
-def _settings_of(name: str) -> list[SettingOption]:
-    command = moireid.get_command(None, name)  # type: ignore[arg-type]
-    assert command is not None
-    return [param for param in command.params if isinstance(param, SettingOption)]
 
 
 def test_a_plain_path_is_an_sqlite_file_everywhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from importlib.metadata import entry_points
 
 import click
 import pytest
 from click.testing import CliRunner
 
-from moireid.cli.main import ELSEWHERE, ENTRY_POINTS, OF_LAB, OWN, SECTIONS, moireid
+from moireid.cli.main import ELSEWHERE, OF_LAB, moireid
 from moireid.cli.removed import REMOVED
-from moireid.cli.simulate_cmd import FORGERIES, LIGHT_NAMES, simulate_command
-from moireid.simulate.effects.table import KINDS
 
 
 def commands(group: click.Group = moireid, path: tuple[str, ...] = ()) -> Iterator[tuple[str, ...]]:
@@ -31,13 +28,6 @@ def test_help_fits_a_terminal_and_no_summary_is_cut(words: tuple[str, ...]) -> N
     done = CliRunner().invoke(moireid, [*words, "--help"], terminal_width=80)
     assert done.exit_code == 0 and "..." not in done.output.replace("[ARGS]...", "").replace("X,Y,...", "")
     assert max(map(len, done.output.splitlines())) <= 80
-
-
-def test_every_command_is_in_one_section() -> None:
-    """Catches: a command that is registered and left out of the help, or listed twice; an entry point of no section."""
-    listed = [name for names in SECTIONS.values() for name in names]
-    added = {point.name for point in entry_points(group=ENTRY_POINTS)}
-    assert sorted(listed) == sorted([*OWN, *ELSEWHERE]) and added <= set(ELSEWHERE)
 
 
 @pytest.mark.parametrize("name", OF_LAB)
@@ -67,15 +57,3 @@ def test_what_was_removed_says_what_to_use_instead(words: str, instead: str) -> 
     done = CliRunner().invoke(moireid, [*words.split(), "value"])
     assert done.exit_code == 2 and done.stderr == f"Error: 'moireid {words}' was removed: {instead}\n"
     assert words not in [" ".join(path) for path in commands()]
-
-
-def test_an_option_that_never_was_is_said_as_before() -> None:
-    """Catches: one table for all that is not there."""
-    done = CliRunner().invoke(moireid, ["registry", "checkpoint", "--never"])
-    assert done.exit_code == 2 and "No such option" in done.stderr
-
-
-def test_the_kinds_of_forgeries_effects_and_lights_are_explained() -> None:
-    """Catches: a kind that was added to the option and not to the table above the options."""
-    words = (simulate_command.help or "").replace(",", " ").split()
-    assert set(FORGERIES) | set(LIGHT_NAMES) | set(KINDS) <= set(words)
