@@ -5,13 +5,10 @@ Beside each test: the wrong implementation it catches.
 
 from __future__ import annotations
 
-import ctypes
-
 import numpy as np
 import pytest
 
 from kit.drawn_pages import draw, filmed, nudged
-from moireid.errors import MoireIdError
 from moireid.verifier.kernel import library as kernel_library
 from moireid.verifier.kernel.page import (
     OTHER_SCALE,
@@ -50,12 +47,6 @@ def test_no_homography_makes_the_kernel_read_outside_or_return_what_is_no_number
         assert values is None or np.array_equal(values, np.full(400, 100.0))
 
 
-def test_a_picture_of_one_row_or_column_holds_no_place():
-    """Catches: a second row that is read below the only one."""
-    for shape in ((1, 50), (50, 1)):
-        assert values_at(Picture(np.zeros(shape, np.uint8)).struct, np.eye(3), Points(np.zeros((1, 2)))) is None
-
-
 def test_arrays_of_other_sizes_or_kinds_are_refused():
     """Catches: C that works on memory which is not there."""
     points = Points(np.random.default_rng(1).uniform(0, 1, (10, 2)))
@@ -80,17 +71,6 @@ def test_arrays_of_other_sizes_or_kinds_are_refused():
         PageRows(points, np.array([5], np.int32), 2, 0.9).taken()
     with pytest.raises(ValueError):
         kernel_library.picture_struct(np.zeros((20, 20), np.float32), np.zeros(256, np.float32))
-
-
-def test_a_library_that_is_missing_or_of_another_version_is_one_sentence(monkeypatch):
-    """Catches: a traceback, or a wrong structure handed to an old library."""
-    monkeypatch.setattr(kernel_library, "VERSION", kernel_library.VERSION + 1)
-    with pytest.raises(MoireIdError, match=r"has version \d+, \d+ is needed; build it by `make setup`"):
-        kernel_library.library.__wrapped__()
-    monkeypatch.setattr(kernel_library, "NAME", "_none.so")
-    with pytest.raises(MoireIdError, match="cannot be loaded"):
-        kernel_library.library.__wrapped__()
-    assert isinstance(kernel_library.library(), ctypes.CDLL)
 
 
 def test_rows_are_read_with_the_page_only_where_it_is_certain(rng, ada):

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
-
 import cv2
 import numpy as np
 import pytest
@@ -46,20 +44,6 @@ def test_a_page_is_found_at_any_angle_and_mirrored(finder, marker_px, mirrored):
         pages, none = (turned, straight) if mirrored else (straight, turned)
         assert len(pages) == 1 and not none
         assert corner_error_px(pages[0], way) < 2.5
-
-
-def test_of_one_code_the_largest_squares_are_kept(finder):
-    """Catches: many small squares that keep the badge's own from being found."""
-    known = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_50)
-    wall = np.full((400, 640), 255, np.uint8)
-    for row, column in itertools.product(range(8), range(25)):
-        wall[10 + 24 * row :, 10 + 24 * column :][:12, :12] = cv2.aruco.generateImageMarker(known, 0, 12)
-    wall[260:320, 100:160] = cv2.aruco.generateImageMarker(known, 0, 60)
-    wall[260:320, 300:360] = cv2.aruco.generateImageMarker(known, 1, 60)
-    found = finder._codes.find(picture_struct(wall, LEVELS), **SEARCH, most=6)
-    assert np.bincount(found.word // 4).tolist() == [6, 1]
-    sides = np.ptp(found.corners[:, :, 0], axis=1)
-    assert sorted(sides)[-2:] == pytest.approx([60, 60], abs=1)
 
 
 def test_what_the_kernel_cannot_take_is_refused(finder):
