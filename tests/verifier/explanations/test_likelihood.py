@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -17,11 +16,6 @@ MOTION, ERROR = 0.8, 0.02
 def usual(motion: float = MOTION, error: float = ERROR) -> dict[str, float]:
     """What true badges show on average, rad."""
     return {name: math.exp(one.mean_log) * scale_rad(one, error, motion) for name, one in EXPECTED.items()}
-
-
-def test_the_rivals_are_wander_rows_and_places():
-    """Catches: a deviation that is measured and never compared."""
-    assert set(EXPECTED) == set(containing_odds(usual(), MOTION, ERROR)) == {"wander", "rows", "places"}
 
 
 @pytest.mark.parametrize("name", list(EXPECTED))
@@ -56,14 +50,6 @@ def test_each_deviation_counts_alone(name):
     assert after == before
 
 
-@pytest.mark.parametrize("name", list(EXPECTED))
-def test_the_odds_fall_with_the_deviation(name):
-    """Catches: a deviation beyond all that forgers make, which seems honest again."""
-    sizes = [usual()[name] * times for times in (0.5, 1.0, 2.0, 4.0, 8.0, 100.0)]
-    odds = [containing_odds(usual() | {name: size}, MOTION, ERROR)[name] for size in sizes]
-    assert odds[0] == pytest.approx(odds[1]) and all(a > b for a, b in pairwise(odds[1:]))
-
-
 @pytest.mark.parametrize("name", ["rows", "places"])
 def test_pale_fringes_make_rows_vague_and_not_forged(name):
     """Catches: noise of pale fringes taken for rows that move apart; an error bar that excuses any error."""
@@ -81,25 +67,3 @@ def test_an_error_of_pose_explains_a_wander_and_no_row():
     clear, vague = (containing_odds(figures, MOTION, error) for error in (0.02, 0.2))
     assert clear["wander"] < -REJECTED_LOG10 and vague["wander"] > 0
     assert (clear["rows"], clear["places"]) == (vague["rows"], vague["places"])
-
-
-def test_a_film_that_hardly_moves_shows_nothing():
-    """Catches: figures of noise taken for strong evidence, the one way or the other."""
-    for times in (1.0, 2.0):
-        figures = {name: times * size for name, size in usual(0.005).items()}
-        assert max(abs(odds) for odds in containing_odds(figures, 0.005, ERROR).values()) < MAX_RIVAL_LOG10
-
-
-def test_less_than_usual_is_no_sign_of_a_forgery():
-    """Catches: a very steady true film that is rejected, as its figures are unlike the usual ones."""
-    steady = {name: 0.05 * size for name, size in usual().items()}
-    assert containing_odds(steady, MOTION, ERROR) == pytest.approx(containing_odds(usual(), MOTION, ERROR))
-
-
-def test_extremes_stay_finite():
-    """Catches: overflow, NaN, a logarithm of nothing."""
-    for size in (0.0, 1e-12, 1e9):
-        for motion in (0.0, 1e-9, 1.0, 1e6):
-            for error in (0.0, 1e3):
-                found = containing_odds(dict.fromkeys(EXPECTED, size), motion, error)
-                assert all(math.isfinite(odds) for odds in found.values())
