@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
-import numpy as np
 import pytest
 
 from kit.numeric_films import FOCAL, Building, filmed
@@ -58,13 +55,3 @@ def test_fringes_that_no_badge_of_the_layout_has_are_measured(board, scale):
     beats = [abs(1 / cell.pitch_mm - scale / front) for cell in board.gratings[0].cells]
     assert identity.decoded_id is None and motion != "reject"
     assert min(beats) < 1 / off(identity) < max(beats)
-
-
-def test_a_right_page_and_one_without_fringes_say_nothing_of_its_size(board):
-    """Catches: a blurred or dark film whose page is called too small; the finding where the code is read."""
-    assert off(judged(board, Building(scale=1.003))[0]) is None
-    track = filmed(board)
-    rng = np.random.default_rng(5)
-    noise = tuple(130 + 3 * rng.standard_normal(one.shape).astype(np.float32) for one in track.profiles)
-    blank = replace(track, profiles=noise)
-    assert off(judge_identity(blank, measure(blank, focal_px=FOCAL), claimed_id=board.id)) is None

@@ -107,29 +107,6 @@ def noisy_row(rng):
     return squarish(phase + 0.4) + 0.2 * rng.standard_normal(phase.shape), phase, shape, members
 
 
-def test_sums_over_a_row_give_the_misfit_of_each_of_its_cells(noisy_row, rng):
-    """Catches: a phase ahead that is taken off instead of added, and places of one cell that count for another."""
-    seen, phase, shape, members = noisy_row
-    ahead = rng.uniform(-3, 3, 25)
-    costs = match_cost(moments(seen, phase).of_cells(members, ahead), shape, 2.0)
-    for cost, own in zip(costs, members > 0, strict=True):
-        alone = cost_of(seen[:, own], (phase + ahead)[:, own], shape, 2.0)[0]
-        assert cost == pytest.approx(alone, rel=1e-4)
-    turned = match_cost(moments(seen, phase + ahead).of_cells(members, np.zeros(25)), shape, 2.0)
-    assert costs == pytest.approx(turned, rel=1e-4)
-
-
-def test_changes_are_those_of_the_shape_frame_by_frame(noisy_row, rng):
-    """Catches: products of harmonics left out of the square, and means that are not taken off."""
-    seen, phase, shape, _ = noisy_row
-    ahead = rng.uniform(-3, 3, 25)
-    expected = series(shape, phase + ahead)
-    expected -= expected.mean(axis=0)
-    moved, power = moments(seen, phase).change(shape, ahead)
-    assert moved == pytest.approx((expected * (seen - seen.mean(axis=0))).sum(axis=0), abs=1e-3)
-    assert power == pytest.approx((expected**2).sum(axis=0), abs=1e-3)
-
-
 def test_slips_of_a_row_are_those_of_its_cells_by_themselves(noisy_row):
     """Catches: level or contrast that cells of a row share, so that one that is covered moves the others; a slip of the
     wrong sign.
