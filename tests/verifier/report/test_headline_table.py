@@ -37,13 +37,3 @@ def test_no_headline_misleads(table: Any) -> None:
         assert any(f"Fringes that {words} explain" in text for text in row["findings"]) == bool(words)
         if "differ from the law" in row["headline"]:
             assert " of its motion (most from " in row["headline"] or " times its motion (most from " in row["headline"]
-
-
-def test_what_counts_as_misleading(table: Any) -> None:
-    """Catches: a judgement that calls everything right."""
-    assert set(table.CAUSES) == {"true", *KINDS}
-    late, half = "The fringes do not follow the law: they come late", "they move half as far as they should"
-    assert table.is_right("late", "reject", late) and table.is_right("gain_low", "reject", half)
-    for kind, title in (("frozen", late), ("patchy", late), ("gain_high", half), ("late", "Genuine"), ("true", late)):
-        assert not table.is_right(kind, "reject", title), kind
-    assert not table.is_right("drift", "reject", "Not accepted") and table.is_right("drift", "inconclusive", "Cannot")
