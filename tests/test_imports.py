@@ -18,8 +18,6 @@ import pytest
 import moireid
 import moireid_lab
 import moireid_studio
-from moireid.cli.simulate_cmd import FORGERIES
-from moireid.simulate.forgeries.trajectories import KINDS
 
 ROOTS = [Path(package.__file__).parent for package in (moireid, moireid_studio, moireid_lab) if package.__file__]
 #: `build123d` alone takes 5 s to import, so no module of ours may import these where it is merely loaded.
@@ -97,21 +95,6 @@ def test_heavy_packages_are_imported_within_functions_only() -> None:
     assert {name: found for name, found in broken.items() if found} == {}
 
 
-def test_who_is_shown_by_a_room_above() -> None:
-    """Catches: an import that goes round the layers, by `lazy.from_room`, for more than a view for people."""
-    asks = {}
-    for path in modules():
-        calls = [node for node in ast.walk(parse(path)) if isinstance(node, ast.Call)]
-        called = [call.args[0] for call in calls if ast.unparse(call.func) == "from_room"]
-        if called:
-            asks[path.relative_to(ROOTS[0]).as_posix()] = {ast.unparse(first).strip("'") for first in called}
-    assert asks == {
-        "badge.py": {"moireid.fabrication.page.preview"},
-        "simulate/__init__.py": {"inspect", "f'{__name__}.film_badge"},
-        "verifier/session/result.py": {"moireid.verifier.report.phase_figure", "moireid.verifier.report.summary"},
-    }
-
-
 @pytest.mark.claim("The verifier never loads simulator or fabrication")
 def test_the_verifier_at_work_loads_neither_simulator_nor_workshop() -> None:
     """Catches: an import by way of a third module, which the rules for single files let through."""
@@ -124,9 +107,3 @@ def test_the_verifier_at_work_loads_neither_simulator_nor_workshop() -> None:
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.split() == []
-
-
-def test_the_command_knows_the_forgeries_of_the_simulator() -> None:
-    """Catches: a forgery that --forge does not offer, or offers and nobody can make (the list is written twice)."""
-    assert FORGERIES == KINDS
-    assert len(set(KINDS)) == len(KINDS)
