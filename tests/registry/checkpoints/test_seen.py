@@ -5,8 +5,6 @@ from __future__ import annotations
 import os
 import shutil
 import stat
-import subprocess
-import sys
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
@@ -76,16 +74,6 @@ def test_another_key_in_the_same_place_is_refused_until_it_is_trusted(path, tmp_
             registry.standing("abc")
 
 
-def test_a_registry_that_is_made_anew_by_its_own_user_is_theirs(path):
-    """Catches: a script that fails when it is run twice."""
-    for name in ("Ada", "Bo"):
-        with open_registry(url_of(path), create=True) as registry:
-            registry.enroll(badge_of(name))
-        with open_registry(url_of(path), create=False) as registry:
-            assert code_of(registry) is None
-        path.unlink()
-
-
 def test_only_a_later_head_replaces_one(seen):
     """Catches: a read, then a write, between which another program remembers a later one."""
     heads = [Head(number, f"{number:064x}") for number in range(1, 60)]
@@ -119,16 +107,3 @@ def test_a_damaged_memory_is_no_way_round(path, seen):
             registry.standing()
         seen.write_bytes(b"")
         assert registry.standing().remembered
-
-
-def test_a_program_that_was_killed_in_a_write_is_no_hindrance(seen):
-    """Catches: a memory that no one can read any more, once a power cut has left its journal behind."""
-    assert remember("place", ["f" * 32], Head(1, "0" * 64))
-    program = (
-        "import os, sqlite3, sys; d = sqlite3.connect(sys.argv[1]); d.execute('PRAGMA cache_size = 1'); "
-        "d.execute('CREATE TABLE big (x)'); "
-        "d.executemany('INSERT INTO big VALUES (?)', [('x' * 5000,)] * 200); os.kill(os.getpid(), 9)"
-    )
-    subprocess.run([sys.executable, "-c", program, str(seen)], check=False)
-    assert seen.with_name(seen.name + "-journal").exists()
-    assert recall().heads.get("f" * 32) == Head(1, "0" * 64) and remember("place", ["f" * 32], Head(2, "1" * 64))
