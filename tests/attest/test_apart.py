@@ -5,24 +5,17 @@ from __future__ import annotations
 import pickle
 import re
 import shutil
-import sys
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from kit.places import FILMS
-from moireid import errors
 from moireid.attest.credentials import talk_with
 from moireid.badge import load_badge
-from moireid.errors import CodeError, MediaError, MoireIdError
-from moireid.provenance import Exclusion
+from moireid.errors import MediaError, MoireIdError
 from moireid.reading.film_orders import JudgingOrder
-from moireid.reading.film_reader import fault_of, film_reader
-from moireid.reading.film_reports import JudgedReport, judged_film
-from moireid.sandbox.process import ProcessEnd
-from moireid.sandbox.seal import MEANS
+from moireid.reading.film_reports import judged_film
 from moireid.verifier import Claim
 
 WORK = "kit.sandbox_work:act"
@@ -30,26 +23,6 @@ WORK = "kit.sandbox_work:act"
 
 def order_of(film: Path, **more: Any) -> JudgingOrder:
     return JudgingOrder(film, Claim(load_badge(FILMS / "badge.json")), **more)
-
-
-def judged_apart(order: JudgingOrder, progress: Callable[[int, int | None], None]) -> JudgedReport:
-    """As `verify --sign` has it judged."""
-    with film_reader([order.video]) as reader:
-        return judged_film(order, reader, progress)
-
-
-@pytest.mark.slow
-def test_the_report_is_the_one_that_is_judged_here(film: Path, judged: dict[str, Any]) -> None:
-    """Catches: another verdict by another way; a report's page that is forgotten; progress that is not shown."""
-    seen: list[tuple[int, int | None]] = []
-    order = order_of(film, pictures=True, barred=Exclusion("revoked", "2026-05-03T08:00:00Z", "lost"))
-    judged_there = judged_apart(order, lambda done, of: seen.append((done, of)))
-    found = judged_there.report
-    assert found["verdict"] == "reject" and found["reasons"][-1]["code"] == "revoked"
-    assert found["invariant"] == judged["invariant"]
-    assert found["sealed"] == (list(MEANS) if sys.platform == "linux" else [])
-    assert {"law.svg", "badge.png"} <= set(judged_there.pictures.files) and seen and seen[0][1] in (70, None)
-    assert judged_there.signals.startswith("frame,time_s") and judged_there.signals.count("\n") > 60
 
 
 @pytest.mark.parametrize(
@@ -66,18 +39,6 @@ def test_a_process_that_fails_is_reported_in_a_sentence(asked: str, error: type[
     with pytest.raises(error, match=words) as caught:
         talk_with(WORK, (asked,), Path("film.mp4"), lambda message: None)
     assert "\n" not in str(caught.value)
-
-
-def test_an_error_of_the_work_keeps_its_kind() -> None:
-    """Catches: a badge that this version cannot read reported as a damaged film; a kind that a process makes up."""
-    kinds = {
-        "CodeError": CodeError,
-        "MissingExtraError": errors.MissingExtraError,
-        "SystemExit": MediaError,
-        "__doc__": MediaError,
-    }
-    for kind, wanted in kinds.items():
-        assert type(fault_of(ProcessEnd(kind, "why", ours=True), "film.mp4")) is wanted
 
 
 def test_a_report_of_another_film_is_not_taken(film: Path, tmp_path: Path, judged: dict[str, Any]) -> None:
