@@ -24,7 +24,7 @@ def commands(group: click.Group = moireid, path: tuple[str, ...] = ()) -> Iterat
 
 @pytest.mark.parametrize("words", [(), *commands()], ids=" ".join)
 def test_help_fits_a_terminal_and_no_summary_is_cut(words: tuple[str, ...]) -> None:
-    """Catches: a first sentence that the list of commands ends with an ellipsis; a table wider than 80 columns; no -h."""
+    """Catches: a first sentence that the list of commands ends with an ellipsis; a table that is too wide; no -h."""
     done = CliRunner().invoke(moireid, [*words, "--help"], terminal_width=80)
     assert done.exit_code == 0 and "..." not in done.output.replace("[ARGS]...", "").replace("X,Y,...", "")
     assert max(map(len, done.output.splitlines())) <= 80
