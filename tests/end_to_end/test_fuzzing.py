@@ -14,7 +14,7 @@ from kit.places import TESTS
 from kit.untrusted_readers import READERS, kept_corpus
 
 #: Seconds for which each reader is fuzzed.
-FUZZ_S = 15
+FUZZ_S = 4
 
 
 @pytest.mark.claim("Every reader of untrusted files takes or refuses what it is given")
