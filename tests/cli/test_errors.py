@@ -178,6 +178,7 @@ def test_a_wish_that_cannot_be_is_refused(refused: Callable[..., str], options: 
     assert words in refused("print", "Ada", "--out", "new", *mount, *options, "--json")
 
 
+@pytest.mark.claim("Nothing is overwritten without --overwrite")
 def test_outputs_that_cannot_be_written_are_refused(refused: Callable[..., str], tmp_path: Path) -> None:
     """Catches: work that is done before the folder is looked at.  A path below a file stops even root."""
     (tmp_path / "file").write_text("mine")

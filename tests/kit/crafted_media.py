@@ -60,7 +60,7 @@ def _coded(name: str, codec: str, size: tuple[int, int], frames: int, **options:
         with av.open(str(folder / name), "w") as container:
             stream = container.add_stream(codec, rate=30)
             stream.width, stream.height = size
-            stream.pix_fmt = "yuvj420p" if codec == "mjpeg" else "yuv420p"
+            stream.pix_fmt = "yuv420p"
             stream.options = {"preset": "ultrafast", "threads": "2", **options}
             for number in range(frames):
                 grey = np.full((size[1] * 3 // 2, size[0]), 40 + number % 200, np.uint8)

@@ -221,3 +221,15 @@ def test_a_camera_behind_the_badge_is_refused(prototype, tmp_path):
     with pytest.raises(SpecError, match="behind"):
         shoot(prototype, tmp_path / "a.mp4", motion=through)
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("there", ["a.mp4", "a.mp4.truth.csv"])
+def test_nothing_is_overwritten_unasked(prototype, tmp_path, there):
+    """Catches: a check of the film alone; a check after the work is done."""
+    (tmp_path / there).write_text("mine")
+    document = []
+    with pytest.raises(SpecError, match="--overwrite"):
+        shoot(prototype, tmp_path / "a.mp4", progress=lambda done, of: document.append(done))
+    assert (tmp_path / there).read_text() == "mine" and document == [] and len(list(tmp_path.iterdir())) == 1
+    shoot(prototype, tmp_path / "a.mp4", overwrite=True)
+    assert len(pictures(tmp_path / "a.mp4")) == 6
