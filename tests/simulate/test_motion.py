@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+from importlib import resources
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from moireid.errors import MediaError
-from moireid.simulate.motion import COLUMNS, Poses, motion_named
+from moireid.simulate.motion import COLUMNS, MEASURED_RUN, Poses, motion_named
 
 NAMES = ("handheld", "walk", "linear", "sway", "static", "roll", "tumble", "circle", "board", "both", "alike")
 TIMES = np.arange(90) / 30.0 + 0.013
@@ -169,3 +170,28 @@ def test_bad_motion_files_are_refused(tmp_path, rows, header, word):
     path = motion_file(tmp_path / "m.csv", rows, header)
     with pytest.raises(MediaError, match=word):
         motion_named(str(path), distance_mm=800.0, seed=0)
+
+
+def run_times() -> np.ndarray:
+    """The measured run's own times, from its first row."""
+    text = resources.files("moireid.simulate").joinpath(MEASURED_RUN).read_text(encoding="utf-8")
+    clock = np.array([float(row["t_s"]) for row in csv.DictReader(text.splitlines())])
+    return clock - clock[0]
+
+
+@pytest.mark.parametrize("distance_mm", [700.0, 2300.0])
+def test_the_mean_view_of_the_measured_run_is_straight(distance_mm):
+    """Catches: the first view taken for the mean one; the world turned the wrong way round; a distance not set."""
+    poses = motion_named("handheld", distance_mm=distance_mm, seed=0)(run_times())
+    assert poses.camera_mm.mean(axis=0) == pytest.approx([0.0, 0.0, -distance_mm], abs=1e-6)
+    mean = Rotation.from_matrix(poses.rotation).mean()
+    assert mean.magnitude() == pytest.approx(0.0, abs=1e-6)
+
+
+def test_columns_are_found_by_name(tmp_path):
+    """Catches: columns read by their order."""
+    rows = [(0.1 * k, 4.0 * k, 0.0, 0.0, *turned("y", 0)) for k in range(5)]
+    shuffled = [(*row[4:], row[1], row[0], row[2], row[3], "note") for row in rows]
+    header = (*COLUMNS[4:], "x_mm", "t_s", "y_mm", "z_mm", "remark")
+    motion = motion_named(str(motion_file(tmp_path / "m.CSV", shuffled, header)), distance_mm=800.0, seed=0)
+    assert motion(np.array([0.0, 0.4])).camera_mm[:, 0] == pytest.approx([-8.0, 8.0])

@@ -331,3 +331,21 @@ def test_thin_wall_in_a_mesh_is_found() -> None:
 
 
 # The 3MF file, read here by the standard library alone.
+
+
+def test_clip_goes_in_from_behind_and_the_bar_rests_in_its_hook(held: dict[str, MountReport]) -> None:
+    """Catches: a hook too large for the slot, one that does not hold, and a clip that nothing can be clipped with."""
+    tray, clip = in_use(held["clip"])
+    for back in (0.0, 1.0, 2.0, 3.0, 4.0):
+        assert overlap_mm3(clip.translate((0, -2.0, -back)), tray) < TOUCH_MM3
+    # The tray hangs: it can sink 0.05 mm and no more, and swing neither forward nor back.
+    for shift in ((0, -0.2, 0), (0, 0, 0.5), (0, 0, -0.5), (3.0, 0, 0)):
+        assert overlap_mm3(clip, tray.translate(shift)) > (0.01 if shift[0] == 0 else -1)
+    assert overlap_mm3(clip, tray.translate((0, -0.04, 0))) < TOUCH_MM3
+    low, high = clip.bounding_box()[:3], clip.bounding_box()[3:]
+    assert high[0] - low[0] == pytest.approx(12.0, abs=1e-3)
+    # Cloth of 2 mm fits between the arms below their bend, and is pinched to 0.4 mm at the bump.
+    spine = -1.6 - 0.3 - 2.0
+    assert overlap_mm3(box((-6, 70, 6, 90), spine - 2.2, spine - 0.2), clip) == 0.0
+    assert overlap_mm3(box((-6, 58, 6, 59), spine - 2.2, spine - 0.2), clip) > 10.0
+    assert overlap_mm3(box((-6, 50, 6, 90), spine - 0.35, spine - 0.05), clip) == 0.0

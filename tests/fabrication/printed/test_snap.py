@@ -18,7 +18,7 @@ from moireid.badge import Badge
 from moireid.designer import Request, design_badge
 from moireid.designer.formats import in_format
 from moireid.errors import FabricationError
-from moireid.fabrication.printed.mount import MountProcess, MountReport, write_mount
+from moireid.fabrication.printed.mount import MountProcess, MountReport, plan_mount, write_mount
 from moireid.fabrication.printed.snap import check_snap, plan_snap
 
 CARD_MM, LENS_MM, AIR_MM, BITE_MM = 0.3, 0.4572, 0.2, 0.55
@@ -112,3 +112,13 @@ def test_a_holder_that_lets_a_badge_fall_out_is_refused(badge: Badge, printed: A
         check_snap(printed + box((-5, -5, 5, 5), -0.1, 0.2), plan, MountProcess())
     with pytest.raises(FabricationError, match="does not let a badge out"):
         check_snap(printed + box((-45, 26.5, 45, 28.5), 1.5, 3.0), plan, MountProcess())
+
+
+@pytest.mark.parametrize("form", ["cr80", "a7", "4x3in", "a6", "a5", "webcam", "board"])
+@pytest.mark.parametrize("orientation", ["landscape", "portrait"])
+@pytest.mark.parametrize("markers", ["squares", "frame"])
+def test_every_format_has_a_holder(form: str, orientation: str, markers: str) -> None:
+    """Catches: noses that hide the markers or the coded frame of a format, catches that have no room."""
+    wish = in_format(Request("Ada Lovelace", markers=markers), form, orientation=orientation)
+    plan, second = plan_mount(design_badge(wish, bytes(8)), "holder", MountProcess())
+    assert second is None and len(plan.slots) == 2
