@@ -137,6 +137,3 @@ def test_a_disk_that_fills_up_is_reported_in_one_sentence(kilobytes: int, tmp_pa
     assert len(errors) == 1 and "Traceback" not in done.stderr
     assert any(words in errors[0] for words in ("File too large", "check the disk", "nothing was kept")), errors
     assert not list(tmp_path.iterdir())
-
-
-# Events.

@@ -98,9 +98,6 @@ def test_who_moves_decides_the_parallax(name, reach):
     assert across[-1] - across[0] == pytest.approx(2 * wanted, abs=0.05)
 
 
-# The measured run.
-
-
 # Motion files: the conventions, each by a case that is not symmetric.
 
 

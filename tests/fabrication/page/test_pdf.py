@@ -274,6 +274,3 @@ def test_preview_shows_every_cells_shift_against_the_reference_row(badge: Badge,
         seen.add(round(4 * turns) % 4)
         assert np.abs(shown - np.interp(moved, place, row)).mean() < 25
     assert seen == {0, 1, 2, 3}
-
-
-# All files of one badge.
