@@ -5,7 +5,7 @@
 # make wheel   wheel and source archive in dist/   make audit   are known holes in what is locked?
 # make platform-wheels  wheels for Linux, macOS and Windows, in build/platforms
 # make wheels  what a container image is made of, with `make debs`: see deploy/Containerfile
-# make schemas  the shipped JSON Schemas, from the models
+# make schemas  the shipped JSON Schemas, from the models   make claims  tests/claims.md, from the tests
 # make lock    the lock files and the list of parts   make release   tests of an installed wheel, audit, wheel
 PYTHON ?= python3
 ENGINE ?= podman
@@ -24,7 +24,7 @@ SERVER := cad postgres face c2pa cluster
 # For Python 3.11 to 3.13 on Linux, macOS and Windows; with hashes, and no place to download from.
 RESOLVE := $(BIN)/uv pip compile --generate-hashes --no-emit-index-url --no-emit-find-links --no-emit-package moireid --universal --python-version 3.11
 
-.PHONY: setup demo test test-all lint docs gallery schemas lock three parts audit wheel platform-wheels wheels debs release clean
+.PHONY: setup demo test test-all lint docs gallery schemas claims lock three parts audit wheel platform-wheels wheels debs release clean
 
 setup: .venv/.ready
 
@@ -73,6 +73,9 @@ gallery: setup
 
 schemas: setup
 	PYTHONPATH=tests $(BIN)/python -m kit.schemas
+
+claims: setup
+	PYTHONPATH=tests $(BIN)/python -m kit.claims
 
 # Each list of parts is written from an environment of its own, so that it names licences and who needs whom.
 lock:

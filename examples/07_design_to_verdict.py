@@ -15,10 +15,11 @@ folder = Path(sys.argv[1] if len(sys.argv) > 1 and "ipykernel" not in sys.module
 # %% [markdown]
 # ## The badge
 #
-# `badge` alone in a cell shows its picture.
+# `badge` alone in a cell shows its picture.  Its identity is given, so that each run is alike; without `payload` one is
+# drawn at random, as for a badge to wear.
 
 # %%
-badge = mo.design("Ada Lovelace", format="a6", lines=["Reporter"])
+badge = mo.design("Ada Lovelace", format="a6", lines=["Reporter"], payload="0123456789abcdef")
 print(badge)
 badge  # noqa: B018
 

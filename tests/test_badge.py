@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import copy
 import json
-import math
 from collections.abc import Callable, Iterator
 from dataclasses import FrozenInstanceError, replace
-from pathlib import Path
 from typing import Any
 
 import pytest
 
-from moireid.badge import Badge, Cell, CodedFrame, Grating, Lens, Markers, badge_from_json, load_badge
+from moireid.badge import Badge, Cell, CodedFrame, Grating, Lens, Markers, badge_from_json
 from moireid.designer import Order, design_badge
 from moireid.errors import SpecError
 
@@ -102,6 +100,7 @@ def test_an_issued_badge_survives_its_json(ada: Badge) -> None:
     assert badge_from_json(masked.to_json()) == masked
 
 
+@pytest.mark.claim("badge.json has every key of the contract")
 def test_every_key_of_the_contract_is_written(ada: Badge) -> None:
     """Catches: a renamed key; other programs read these."""
     document = issued(ada)
@@ -142,16 +141,6 @@ def test_a_frame_survives_its_json_and_says_what_it_is() -> None:
         _ = badge.squares
 
 
-def test_an_integer_and_its_float_are_one_badge() -> None:
-    """Catches: 1 and 1.0 in a file giving two layouts, or 3.0 as the id of a marker that no index finds."""
-    whole, split = by_hand(), by_hand()
-    split["lens"]["thickness_mm"], split["markers"]["ids"] = 1.0, [7.0, 3.0, 99.0, 0.0]
-    one, other = badge_from_json(json.dumps(whole)), badge_from_json(json.dumps(split))
-    assert one == other
-    assert one.layout_key() == other.layout_key()
-    assert [type(identity) for identity in other.markers.ids] == [int] * 4
-
-
 def test_whole_numbers_of_a_code_are_integers_however_they_are_written(ada: Badge) -> None:
     """Catches: `range(8.0)`, and a layout that differs by how a number was written."""
     document = issued(ada)
@@ -162,13 +151,6 @@ def test_whole_numbers_of_a_code_are_integers_however_they_are_written(ada: Badg
     read = badge.gratings[0].code
     assert read is not None
     assert {type(n) for n in (read.payload_bits, read.levels, read.phase_levels, badge.payload_bits)} == {int}
-
-
-def test_unknown_keys_are_left_out(ada: Badge) -> None:
-    """Catches: a file of a later version that is refused for what it adds, or a Badge that carries it along."""
-    document = issued(ada)
-    document["later"] = document["lens"]["coating"] = document["gratings"][0]["cells"][0]["ink"] = {"a": [1]}
-    assert badge_from_json(json.dumps(document)) == ada
 
 
 def test_a_badge_is_frozen_and_has_a_hash(ada: Badge) -> None:
@@ -189,15 +171,6 @@ def test_defaults_of_a_lens_are_those_of_the_contract() -> None:
     assert Lens("lenticular", 0.508, 1.3, 1.5, radius_mm=0.9).radius_mm == 0.9
     assert Lens("mask", 0.508, 1.3, 1.0).open_fraction == 0.5
     assert Lens("mask", 0.508, 1.3, 1.0).radius_mm is None
-
-
-def test_a_lens_that_cannot_be_is_refused() -> None:
-    """Catches: cylinders that do not meet (g < 0.71 mm at 50 LPI), and a lens of air."""
-    with pytest.raises(SpecError, match="half the pitch"):
-        Lens("lenticular", 0.508, 0.70, 1.56)
-    assert Lens("lenticular", 0.508, 0.71, 1.56).radius_mm == pytest.approx(0.2549, abs=1e-4)
-    with pytest.raises(SpecError, match="cannot focus"):
-        Lens("lenticular", 0.508, 1.0, 1.0)
 
 
 # Layouts.
@@ -230,47 +203,7 @@ def test_layout_key_tells_layouts_apart_and_people_not(ada: Badge) -> None:
     assert len({badge.layout_key() for badge in [ada, *other]}) == len(other) + 1
 
 
-def test_uniform_boards_of_different_pitch_are_different_layouts() -> None:
-    """Catches: pitches left out although no code says which they are."""
-    board = badge_from_json(json.dumps(by_hand()))
-    grating = board.gratings[0]
-    cells = (replace(grating.cells[0], pitch_mm=0.53),)
-    other = replace(board, gratings=(replace(grating, cells=cells), board.gratings[1]))
-    assert other.layout_key() != board.layout_key()
-
-
 # What is refused, and how.
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "value", [math.nan, math.inf, -math.inf, True, "1", [], {}, 10**400], ids=lambda v: repr(v)[:8]
-)
-def test_no_number_may_be_what_is_none(ada: Badge, value: Any) -> None:
-    """Catches: NaN, which passes every comparison of a schema and then poisons a registry for good; an integer too
-    large for a float; a boolean that counts as one."""
-    for document in (issued(ada), by_hand()):
-        numbers = [path for path, leaf in leaves(document) if isinstance(leaf, (int, float)) and path[0] != "print"]
-        assert len(numbers) > 25
-        for path in numbers:
-            refusal(put(document, path, value))
-
-
-@pytest.mark.slow
-def test_numbers_out_of_all_proportion_are_refused(ada: Badge) -> None:
-    """Catches: a field without limits."""
-    for value in (1e307, -1e307):
-        for path, leaf in leaves(issued(ada)):
-            if isinstance(leaf, (int, float)) and path[0] != "print":
-                refusal(put(issued(ada), path, value))
-
-
-@pytest.mark.parametrize("constant", ["NaN", "Infinity", "-Infinity", "1e999", "-1e999"])
-def test_what_is_no_json_number_is_refused_even_where_nothing_is_read(ada: Badge, constant: str) -> None:
-    """Catches: NaN carried along in `print` and written again into files that no other program can read."""
-    text = ada.to_json().replace('"dpi": 1200', f'"dpi": {constant}')
-    assert text != ada.to_json()
-    assert "NaN" in (message := refusal(text)) or "finite" in message or "number" in message
 
 
 def test_texts_may_not_be_numbers_and_required_keys_may_not_be_absent() -> None:
@@ -398,27 +331,3 @@ def test_what_is_wrong_is_refused_by_the_name_of_its_place(where: str, change: C
 def test_what_is_no_badge_file_is_refused(text: str) -> None:
     """Catches: JSON that is too deep or has too many digits for Python, and documents that are no object."""
     assert refusal(text).startswith("b.json")
-
-
-def test_a_print_record_of_any_depth_does_no_harm(ada: Badge) -> None:
-    """Catches: a badge that is read but can never be written again."""
-    deep: Any = "end"
-    for _ in range(600):
-        deep = [deep]
-    text = json.dumps(issued(ada) | {"print": {"deep": deep}})
-    try:
-        badge = badge_from_json(text)
-    except SpecError:
-        return
-    assert json.loads(badge.to_json())["print"] is not None
-    assert len(badge.layout_key()) == 64
-
-
-def test_a_file_that_cannot_be_read_is_named(tmp_path: Path) -> None:
-    """Catches: a bare FileNotFoundError or UnicodeDecodeError."""
-    (tmp_path / "bytes.json").write_bytes(b"\xff\xfe\x00")
-    (tmp_path / "folder.json").mkdir()
-    for name, reason in (("none.json", "No such file"), ("bytes.json", "UTF-8"), ("folder.json", "directory")):
-        with pytest.raises(SpecError, match=reason) as refused:
-            load_badge(tmp_path / name)
-        assert name in str(refused.value)

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from moireid.errors import SpecError
-from moireid.files import planned, read_regular, whole_file, write_text
+from moireid.files import planned, whole_file, write_text
 
 
 def tree(folder: Path) -> dict[str, bytes]:
@@ -63,14 +63,6 @@ def test_what_breaks_off_leaves_nothing_behind(tmp_path: Path, error: type[BaseE
     assert tree(tmp_path) == {"a.json": b"old"}
 
 
-def test_a_writer_that_replaces_the_temporary_file_is_welcome(tmp_path: Path) -> None:
-    """Catches: a handle kept open on the first inode: some libraries unlink and write anew."""
-    with whole_file(tmp_path / "a.stl") as temporary:
-        temporary.unlink()
-        temporary.write_bytes(b"solid")
-    assert tree(tmp_path) == {"a.stl": b"solid"}
-
-
 @pytest.mark.parametrize("mask", [0o022, 0o077, 0o002])
 def test_rights_are_those_of_any_new_file(tmp_path: Path, mask: int) -> None:
     """Catches: the 0600 of a temporary file, which a print server could not read; a umask that is left changed."""
@@ -83,39 +75,6 @@ def test_rights_are_those_of_any_new_file(tmp_path: Path, mask: int) -> None:
     assert stat.S_IMODE((tmp_path / "a.txt").stat().st_mode) == 0o666 & ~mask
 
 
-def test_other_threads_keep_their_rights(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Catches: the umask read by setting it to 0, in which instant another thread's file may be written by anybody."""
-
-    def changed(mask: int) -> int:
-        raise AssertionError(f"the umask of every thread is {mask:o} now")
-
-    monkeypatch.setattr(os, "umask", changed)
-    write_text(tmp_path / "a.txt", "x")
-    assert tree(tmp_path) == {"a.txt": b"x"}
-
-
-def test_a_writer_s_own_file_gets_the_rights_of_any_new_file(tmp_path: Path) -> None:
-    """Catches: the 0600 of a writer that makes a temporary file of its own and moves it here."""
-    with whole_file(tmp_path / "a.stl") as temporary:
-        temporary.unlink()
-        os.close(os.open(temporary, os.O_CREAT | os.O_WRONLY, 0o600))
-    (tmp_path / "plain").touch()
-    assert (tmp_path / "a.stl").stat().st_mode == (tmp_path / "plain").stat().st_mode
-
-
-def test_text_is_utf8_with_the_newlines_it_came_with(tmp_path: Path) -> None:
-    """Catches: the platform's own encoding."""
-    write_text(tmp_path / "a.txt", "Zoë\n山\n")
-    assert (tmp_path / "a.txt").read_bytes() == "Zoë\n山\n".encode()
-
-
-def test_a_long_name_is_no_hindrance(tmp_path: Path) -> None:
-    """Catches: a temporary name that is longer than the final one and so longer than the system allows."""
-    path = tmp_path / ("n" * 250 + ".json")
-    write_text(path, "x")
-    assert path.read_text() == "x"
-
-
 def test_plans_are_checked_one_and_all_before_anything_is_written(tmp_path: Path) -> None:
     """Catches: a check of the first output only."""
     (tmp_path / "b").write_text("mine")
@@ -125,13 +84,6 @@ def test_plans_are_checked_one_and_all_before_anything_is_written(tmp_path: Path
     with pytest.raises(SpecError, match="two outputs"):
         planned([tmp_path / "c", tmp_path / "c"], overwrite=True)
     assert tree(tmp_path) == {"b": b"mine"}
-
-
-def test_plans_make_the_folders_they_need(tmp_path: Path) -> None:
-    """Catches: a second call that trips over the folder of the first."""
-    for _ in range(2):
-        planned([tmp_path / "x/y/z.txt"], overwrite=False)
-    assert (tmp_path / "x/y").is_dir()
 
 
 def test_outputs_that_cannot_be_are_refused(tmp_path: Path) -> None:
@@ -148,9 +100,3 @@ def test_outputs_that_cannot_be_are_refused(tmp_path: Path) -> None:
             with pytest.raises(SpecError, match=words):
                 planned([path], overwrite=overwrite)
     assert tree(tmp_path) == {"file": b"mine"}
-
-
-def test_a_name_with_the_letter_0_is_no_path() -> None:
-    """Catches: a ValueError of the system, which ends a command as an error of moireid."""
-    with pytest.raises(SpecError, match="holds the letter 0"):
-        read_regular("badge\0.json")

@@ -15,7 +15,7 @@ import pytest
 from moireid.badge import Badge, load_badge
 from moireid.designer import Order, design_badge, random_payload
 from moireid.designer.design import filled
-from moireid.errors import DesignError, FabricationError, RegistryError
+from moireid.errors import DesignError, RegistryError
 from moireid.fabrication.mount_parts import MountSolids
 from moireid.fabrication.package import print_badge
 from moireid.fabrication.printed.mount import MountPlan, MountReport
@@ -74,13 +74,6 @@ def test_a_badge_is_designed_once_and_its_mount_planned_once(
     assert list(printed.files) == plan.files and printed.mount_mass_g
 
 
-def test_a_plan_writes_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Catches: a check that leaves a folder or a registry."""
-    monkeypatch.chdir(tmp_path)
-    plan_badge(PLAIN)
-    assert list(tmp_path.iterdir()) == []
-
-
 def test_an_identity_of_another_badge_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Catches: a plan for an identity that somebody else has, which fails after all files are made."""
     monkeypatch.setenv("MOIREID_KEYS", str(tmp_path / "keys"))
@@ -111,15 +104,6 @@ def test_a_format_gets_a_holder_where_the_mount_asked_for_does_not_fit(badge: Ba
     for wish in (None, "lanyard", "holder", "none"):
         parts, note = choose_parts(badge, replace(CARD, mount=wish))
         assert (parts.printed, note) == (wish or "lanyard", None)
-
-
-def test_a_figure_that_was_given_is_an_order(badge: Badge) -> None:
-    """Catches: another mount than the one whose figure was set; a board of its own that is given a holder unasked."""
-    with pytest.raises(FabricationError, match="front wall"):
-        choose_parts(badge, replace(CARD, mount="stand", mount_mm={"stand_deg": 20.0}))
-    # A board of its own has the acrylic stack, which can be made.
-    parts, note = choose_parts(badge, replace(CARD, format=None, mount="stand"))
-    assert (parts.printed, note) == ("none", None) and parts.acrylic and "front wall" in parts.left_out["printed"]
 
 
 # Identities that are drawn.

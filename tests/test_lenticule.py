@@ -7,11 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.ndimage import map_coordinates
 
 from moireid import optics
 from moireid.badge import Badge, Lens
-from moireid.lenticule import MAX_TANGENT, RAYS, between_bumps, bumps_of, landing_mm, trace_mm, view_law, view_response
+from moireid.lenticule import MAX_TANGENT, landing_mm, trace_mm, view_law, view_response
 from moireid_lab.bench.simulate.reference import Setup, _through_sheet
 
 REAR = 0.52
@@ -70,6 +69,7 @@ def trace(lens: Lens, start: float, tan_x: float, tan_y: float) -> float:
     return x + bent[0] / bent[2] * (lens.thickness_mm - depth)
 
 
+@pytest.mark.claim("Rays through a lenticule land where an independent tracer says")
 @pytest.mark.parametrize(
     ("start", "tan_x", "tan_y"),
     [
@@ -90,17 +90,6 @@ def test_rays_land_where_an_independent_tracer_says(start: float, tan_x: float, 
     for lens in (SHEET, sheet):
         landed = landing_mm(lens, np.array(start), np.array(tan_x), np.array(tan_y))
         assert float(landed) == pytest.approx(trace(lens, start, tan_x, tan_y), abs=1e-9)
-
-
-def test_a_ray_on_the_axis_goes_straight_and_the_sheet_repeats() -> None:
-    """Catches: an apex that is not on the axis, and lenses that are not all alike."""
-    starts, tangents = np.array([0.0, 0.1, -0.2]), np.array([0.0, 0.4, -0.7])
-    landed = landing_mm(SHEET, starts, tangents, np.full(3, 0.3))
-    assert landed[0] == pytest.approx(0.0, abs=1e-15)
-    shifted = landing_mm(SHEET, starts + 5 * SHEET.pitch_mm, tangents, np.full(3, 0.3))
-    assert shifted == pytest.approx(landed + 5 * SHEET.pitch_mm, abs=1e-12)
-    mirrored = landing_mm(SHEET, -starts, -tangents, np.full(3, -0.3))
-    assert mirrored == pytest.approx(-landed, abs=1e-12)
 
 
 # Closed forms that the trace must meet.
@@ -156,14 +145,6 @@ def test_effective_gap_of_the_prototype() -> None:
     assert law.effective_gap_mm(REAR) / optics.paraxial_effective_gap_mm(SHEET) == pytest.approx(0.9405, abs=0.004)
 
 
-@pytest.mark.parametrize(("thickness", "share"), [(1.5, 0.972), (3.0, 0.993)])
-def test_effective_gap_of_thicker_sheets_nears_the_paraxial_one(thickness: float, share: float) -> None:
-    """Catches: one fixed factor for every sheet."""
-    lens = Lens("lenticular", 0.508, thickness, 1.56)
-    gap = slope_near_axis(lens) * REAR / (2 * math.pi)
-    assert gap / optics.paraxial_effective_gap_mm(lens) == pytest.approx(share, abs=0.003)
-
-
 def test_cubic_fit_of_the_published_trace() -> None:
     """Catches: a law off by a percent anywhere within 17 degrees; the fit is in docs/explanation/physics.md."""
     tangent = np.linspace(-0.3, 0.3, 61)
@@ -193,12 +174,6 @@ def test_law_bends_with_angle_between_the_straight_line_and_the_slab(
     assert slab < phase[-1] / (line * steep) < 1
 
 
-@pytest.mark.parametrize(("tan_y", "slope"), [(0.3, -0.018), (0.6, -0.06), (1.0, -0.12)])
-def test_a_camera_above_or_below_sees_a_smaller_slope(tan_y: float, slope: float) -> None:
-    """Catches: Cy left out of the law."""
-    assert slope_near_axis(SHEET, tan_y) / slope_near_axis(SHEET) - 1 == pytest.approx(slope, abs=0.006)
-
-
 def test_contrast_at_60_degrees_is_a_third_of_that_on_the_axis() -> None:
     """Catches: a response that is normalised to 1 and so loses the contrast."""
     tangents = np.array([0.0, math.tan(math.radians(60))])
@@ -226,13 +201,6 @@ def test_rays_count_by_what_passes_the_lens(tan_x: float, turn: float) -> None:
 # The number of rays, and the table.
 
 
-def test_default_rays_suffice() -> None:
-    """Catches: fewer rays than the docstring's 1e-3 rad needs; measured 1.2e-3 at worst within 31 degrees."""
-    tangent = np.linspace(-0.6, 0.6, 31)
-    few, many = (view_response(SHEET, REAR, tangent, rays=n) for n in (RAYS, 32 * RAYS))
-    assert np.abs(np.angle(few / many)).max() < 0.0015
-
-
 def test_table_agrees_with_the_trace(rng: np.random.Generator) -> None:
     """Catches: axes swapped, a table that is not even in tan_y, or unwrapped to another branch.
 
@@ -242,16 +210,6 @@ def test_table_agrees_with_the_trace(rng: np.random.Generator) -> None:
     tan_x, tan_y = rng.uniform(-1, 1, 400), rng.uniform(-1, 1, 400)
     direct = view_response(SHEET, REAR, tan_x, tan_y)
     assert np.abs(np.angle(np.exp(1j * law.phase_rad(tan_x, tan_y)) / direct)).max() < 0.007
-
-
-def test_a_table_is_read_by_the_cubic_spline_through_it(rng: np.random.Generator) -> None:
-    """Catches: rows for columns, a bump too few at a border, places that do not broadcast, a spline that smooths."""
-    table = rng.normal(size=(9, 5))
-    row, column = np.r_[rng.uniform(0, 8, 200), 0.0, 8.0, 8.0], np.r_[rng.uniform(0, 4, 200), 0.0, 4.0, 0.0]
-    expected = map_coordinates(table, [row, column], order=3, mode="mirror")
-    assert between_bumps(bumps_of(table), row, column) == pytest.approx(expected, abs=1e-12)
-    grid = between_bumps(bumps_of(table), np.arange(9.0)[:, None], np.arange(5.0)[None])
-    assert grid == pytest.approx(table, abs=1e-12)
 
 
 @pytest.mark.parametrize("thickness_mm", [0.75, 1.0, 1.5, 2.0])
@@ -284,23 +242,6 @@ def test_table_is_unwrapped_odd_and_zero_on_the_axis() -> None:
     assert phase == pytest.approx(-phase[::-1], abs=1e-9)
     assert phase[-1] > 2 * math.pi
     assert float(law.phase_rad(0.0, 0.7)) == pytest.approx(0.0, abs=1e-9)
-
-
-def test_table_broadcasts_and_holds_its_edge() -> None:
-    """Catches: wild extrapolation beyond 63 degrees, and a result of another shape than its inputs."""
-    law = view_law(SHEET, REAR)
-    assert law.phase_rad(np.zeros((4, 1)), np.zeros(3)).shape == (4, 3)
-    assert float(law.phase_rad(9.0, 5.0)) == pytest.approx(float(law.phase_rad(MAX_TANGENT, MAX_TANGENT)))
-    assert float(law.phase_rad(-9.0)) == pytest.approx(-float(law.phase_rad(9.0)))
-
-
-def test_table_depends_on_the_printed_pitch_as_a_length_does() -> None:
-    """Catches: a cache that forgets the pitch.  The shift s is nearly one length, and phase = 2 pi s / p_r: traced
-    with 65536 rays it changes by 0.5 % over these pitches, because finer lines weigh the flanks otherwise."""
-    gaps = [view_law(SHEET, pitch).effective_gap_mm(pitch) for pitch in (0.519, 0.52, 0.533)]
-    assert max(gaps) - min(gaps) < 0.003
-    phases = [float(view_law(SHEET, pitch).phase_rad(0.2)) for pitch in (0.519, 0.533)]
-    assert phases[0] / phases[1] == pytest.approx(0.533 / 0.519, rel=0.008)
 
 
 def test_table_of_a_lens_beyond_its_focus_stays_on_one_branch() -> None:

@@ -2,10 +2,6 @@
 
 from __future__ import annotations
 
-import re
-
-from moireid.cli.printing.print_cmd import print_command
-from moireid.designer.formats import FORMATS
 from moireid.materials import materials
 from moireid.sheets import PRODUCTS
 
@@ -24,13 +20,6 @@ def test_each_row_states_its_source_and_what_is_missing() -> None:
             for figure, word in ((row.thick_mm, "thickness"), (row.angle_deg, "angle"), (row.plastic, "plastic")):
                 assert figure is not None or word in (row.unstated or ""), (row.words, word)
             assert row.sizes_mm or "sheet sizes" in (row.unstated or ""), row.words
-
-
-def test_the_default_sheet_of_each_format_is_a_product() -> None:
-    """Catches: a default that no one sells, as the shape of the published prototype."""
-    for name, form in FORMATS.items():
-        row = LABELLED[form.lens]
-        assert row.sold and row.angle_deg is not None, name
 
 
 def test_labels_keep_their_optics() -> None:
@@ -56,12 +45,3 @@ def test_labels_keep_their_optics() -> None:
     found = {label: (lens.pitch_mm, lens.thickness_mm, lens.refractive_index) for label, lens in PRODUCTS.items()}
     assert found == {label: (25.4 / lines, *rest) for label, (lines, *rest) in wanted.items()}
     assert [label for label, row in LABELLED.items() if not row.sold] == ["40lpi", "50lpi", "60lpi", "75lpi"]
-
-
-def test_the_help_lists_every_label_with_its_figures() -> None:
-    """Catches: a label that the help leaves out, or gives another thickness or angle; words that name no source."""
-    words = " ".join((print_command.help or "").split())
-    for label, one in LABELLED.items():
-        figure = f"{one.thick_mm:.2f} mm" if one.angle_deg is None else f"{one.angle_deg:g} degrees"
-        assert re.search(rf"{re.escape(label)}\b[^,]*?{re.escape(figure)}", words), label
-    assert "resellers" not in words and "moireid materials" in words

@@ -9,7 +9,6 @@ import copy
 import json
 import math
 from dataclasses import MISSING, asdict, fields
-from pathlib import Path
 from typing import Any
 
 import jsonschema
@@ -19,18 +18,15 @@ from hypothesis import strategies as st
 
 from kit.places import FILMS
 from kit.schemas import SCHEMAS, file_of, text_of
-from moireid.artwork.template import template_named
 from moireid.asbuilt import AsBuilt, as_built_from_json
 from moireid.badge import badge_from_json
 from moireid.errors import SpecError
 from moireid.models import parse_json
-from moireid.profiles import LensProfile, lens_named, load_lens_profile
 
 BUILT = AsBuilt("7097c67b0fafc59b", -0.0402, 2e-5, 3.0, 0.04, 0.031, 3e-4, 0.995, 0.01)
 OPTIONAL = "measured_scale", "third_harmonic", "place_maps", "place_map_sd", "model"
 REQUIRED = {"format"} | {field.name for field in fields(AsBuilt) if field.default is MISSING}
 BADGE = json.loads((FILMS / "badge.json").read_text(encoding="utf-8"))
-PROFILE = json.loads(LensProfile("mine", lens_named("50lpi"), 1e-4, {"how": "a test"}).to_json())
 BADGE_SCHEMA = jsonschema.Draft202012Validator(SCHEMAS["badge"]())
 #: The same examples in each run, however busy the machine is.
 STEADY = settings(derandomize=True, deadline=None, max_examples=80)
@@ -90,20 +86,6 @@ def test_what_the_schema_refuses_the_model_refuses(document: Any) -> None:
 
 
 @STEADY
-@given(spoilt(PROFILE) | VALUES)
-def test_any_lens_profile_is_read_or_refused(tmp_path_factory: pytest.TempPathFactory, document: Any) -> None:
-    """Catches: a profile without its figures, or with impossible ones, that ends in another exception."""
-    path = tmp_path_factory.mktemp("profiles") / "mine.json"
-    path.write_text(json.dumps(document), encoding="utf-8")
-    try:
-        profile = load_lens_profile(path)
-    except SpecError as error:
-        assert "mine.json" in str(error) or "lens" in str(error)
-        return
-    assert 0.127 <= profile.lens.pitch_mm <= 2.54 and profile.pitch_sd_mm <= 0.02 * profile.lens.pitch_mm
-
-
-@STEADY
 @given(spoilt(json.loads(BUILT.to_json())) | VALUES)
 def test_any_as_built_figures_are_read_or_refused(document: Any) -> None:
     """Catches: figures that are texts, a beat of zero, another format, a key that is absent."""
@@ -140,19 +122,3 @@ def test_badge_files_of_earlier_versions_are_written_byte_for_byte(path: Any) ->
     badge = badge_from_json(text)
     if badge.id is not None:
         assert badge.to_json() == text
-
-
-@pytest.mark.parametrize(
-    "text",
-    [
-        "[landscape]\nhed = 0.1\n[[landscape.place]]\nwhat = 'name'\narea = 'foot'\n",
-        "'a - at `$.b' = 1\n",
-        "'two\\nlines' = 1\n".replace("'", '"'),
-    ],
-)
-def test_an_odd_template_is_refused_in_one_sentence(tmp_path: Path, text: str) -> None:
-    """Catches: a key of an optional table, or one that looks like a place, that ends in an internal error."""
-    (tmp_path / "t.toml").write_text(text, encoding="utf-8")
-    with pytest.raises(SpecError, match=r"has the unknown key .*allowed are|cannot be read") as refused:
-        template_named(str(tmp_path / "t.toml"))
-    assert "\n" not in str(refused.value)

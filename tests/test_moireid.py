@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import inspect
-import re
 import subprocess
 import sys
 from pathlib import Path
@@ -46,14 +45,6 @@ def test_a_name_loads_what_it_needs_alone(heavy: str) -> None:
     assert heavy not in run(code)
 
 
-def test_simulate_is_a_room_and_a_function() -> None:
-    """Catches: `mo.simulate` that is no function any more once its room was loaded, or no room."""
-    code = "import moireid as mo; print(callable(mo.simulate)); import moireid.simulate; print(callable(mo.simulate))"
-    assert run(code) == ["True", "True"]
-    assert mo.simulate.Scene is sys.modules["moireid.simulate.scene"].Scene  # type: ignore[attr-defined]
-    assert list(inspect.signature(mo.simulate).parameters)[:2] == ["badge", "video"]
-
-
 def test_simulate_has_the_parameters_and_defaults_of_the_command() -> None:
     """Catches: a default that is another than that of `moireid simulate`; an option that is forgotten unnoticed."""
     parameters = dict(inspect.signature(mo.simulate).parameters)
@@ -63,14 +54,6 @@ def test_simulate_has_the_parameters_and_defaults_of_the_command() -> None:
     assert set(options) - set(parameters) == {"badge_json", "video", "as_json", "explain"}
     for name, parameter in parameters.items():
         assert options[name] == parameter.default, name
-
-
-def test_what_names_the_version_is_one_file() -> None:
-    """Catches: two versions; a room that imports `moireid` itself, and so all rooms."""
-    assert f'version = "{mo.__version__}"' in (ROOT / "pyproject.toml").read_text(encoding="utf-8")
-    sources = sorted((ROOT / "src" / "moireid").rglob("*.py"))
-    asks = [path.name for path in sources if re.search(r"^\s*from moireid import __version__", path.read_text(), re.M)]
-    assert asks == []
 
 
 @pytest.mark.slow

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -11,22 +11,16 @@ import pytest
 from kit.places import FILMS
 from moireid.artwork.content import content_of
 from moireid.artwork.pictures import load_picture
-from moireid.badge import Badge, load_badge
+from moireid.badge import load_badge
 from moireid.calibration import load_pictures
 from moireid.calibration.camera_fit import camera_from_film
 from moireid.calibration.thickness import thickness_from_film
 from moireid.designer import Order, design_badge
 from moireid.errors import MoireIdError, SpecError
-from moireid.fabrication import print_badge, print_event, write_badge_pdf
 from moireid.files import as_path
 from moireid.profiles import (
-    LensProfile,
-    PrinterProfile,
-    lens_named,
     load_lens_profile,
     load_printer_profile,
-    save_lens_profile,
-    save_printer_profile,
 )
 from moireid.simulate import Build, Camera, Scene, film, motion_named, truth_path
 from moireid.simulate.motion import from_csv
@@ -75,37 +69,6 @@ def test_a_reader_takes_text_and_path_and_names_the_file(name: str, kind: type, 
         READERS[name](kind(tmp_path / "absent.csv"))
 
 
-def test_a_film_is_opened_by_its_name(tmp_path: Path) -> None:
-    """Catches: a reader that takes text only where there is no such file."""
-    opened = Film(str(FILMS / "genuine_1.0m.mp4"))
-    assert (opened.path, opened.width > 0) == (FILMS / "genuine_1.0m.mp4", True)
-    assert verify(str(FILMS / "genuine_1.0m.mp4"), Question(BADGE)).verdict == "accept"
-
-
-def save_lens(path: Any, badge: Badge) -> None:
-    save_lens_profile(LensProfile("sheet", lens_named("50lpi"), 0.001, {}), path)
-
-
-def save_printer(path: Any, badge: Badge) -> None:
-    save_printer_profile(PrinterProfile("laser", 1200, 30.0, 5.0, (1.0, 1.0), {}), path)
-
-
-WRITERS: dict[str, Callable[[Any, Badge], object]] = {
-    "print_badge": lambda path, badge: print_badge(badge, path, mount="none", kept=[path]),
-    "print_event": lambda path, badge: print_event([badge], path, kept=[path]),
-    "write_badge_pdf": lambda path, badge: write_badge_pdf(badge, path),
-    "save_lens_profile": save_lens,
-    "save_printer_profile": save_printer,
-}
-
-
-@pytest.mark.parametrize("name", WRITERS)
-def test_a_writer_takes_text(name: str, tmp_path: Path) -> None:
-    """Catches: `'str' object has no attribute 'parent'` after the work was done."""
-    WRITERS[name](str(tmp_path / "written.pdf"), ISSUED)
-    assert (tmp_path / "written.pdf").exists()
-
-
 def test_a_film_is_written_by_its_name(tmp_path: Path) -> None:
     """Catches: a simulator that needs a `Path`, for the film or for its truth; a report that does."""
     video = str(tmp_path / "film.mp4")
@@ -121,8 +84,3 @@ def test_what_is_no_path_is_refused_in_a_sentence(given: Any) -> None:
     """Catches: a file descriptor taken for a path (`open(3)`), and an error about an attribute."""
     with pytest.raises(SpecError, match=r"is no path; give a str or a pathlib\.Path"):
         as_path(given)
-
-
-def test_any_path_object_is_taken() -> None:
-    """Catches: a helper that knows text and `Path` alone."""
-    assert as_path(PurePosixPath("a/b")) == Path("a/b")

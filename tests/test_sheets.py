@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import math
-from typing import get_args
-
 import pytest
 
 from moireid.badge import badge_from_json
@@ -13,7 +10,6 @@ from moireid.errors import SpecError
 from moireid.lenticule import trace_law
 from moireid.profiles import lens_named, mask_named, sheet_of_thickness
 from moireid.sheets import PRODUCTS, effective_gap_mm, possible_gains, sheet_lens
-from moireid_studio.jobs.orders import LensLabel
 
 OLD = {"40lpi": 1.25, "50lpi": 1.00, "60lpi": 0.84, "75lpi": 0.67}
 
@@ -53,22 +49,6 @@ def test_gains_reach_from_the_thinnest_sheet_to_the_thickest_with_a_gap():
     ratio = effective_gap_mm(thin, rear) / effective_gap_mm(lens, rear)
     low, high = possible_gains(lens, rear)
     assert low <= ratio and effective_gap_mm(lens, rear, 0.1) / effective_gap_mm(lens, rear) < high
-
-
-def test_a_sheet_of_another_thickness_still_meets_and_focuses():
-    """Catches: cylinders that do not meet; a thick sheet that is left out of focus."""
-    lens = lens_named("75lpi")
-    thin, thick = sheet_of_thickness(lens, 0.457), sheet_of_thickness(lens, 0.8)
-    assert thin.thickness_mm == 0.457 and thin.radius_mm >= lens.pitch_mm / 2
-    assert thick.radius_mm == pytest.approx(0.8 * 0.56 / 1.56)
-    for wrong in (0.0, -1.0, 0.1, math.nan, math.inf):
-        with pytest.raises(SpecError):
-            sheet_of_thickness(lens, wrong)
-
-
-def test_the_studio_offers_every_product():
-    """Catches: a product that the studio refuses."""
-    assert get_args(LensLabel) == tuple(PRODUCTS)
 
 
 def test_a_badge_is_designed_for_the_sheet_that_was_measured():

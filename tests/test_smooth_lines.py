@@ -9,13 +9,12 @@ import numpy as np
 import pytest
 
 from kit.payloads import payload_for_name
-from moireid.badge import Badge, badge_from_json
+from moireid.badge import Badge
 from moireid.designer import Order, design_badge
-from moireid.errors import MoireIdError, SpecError
 from moireid.frames import own_rect
 from moireid.idcodes.families import spells_its_id
 from moireid.layers import is_smooth
-from moireid.smooth_lines import LineField, rims_mm, rows_of, smooth_step, smoothest
+from moireid.smooth_lines import LineField, rims_mm, rows_of, smoothest
 
 PAYLOAD = payload_for_name("Ada Lovelace")
 
@@ -91,23 +90,6 @@ def test_within_their_rims_lines_are_a_cell_s_own(badge):
         assert np.abs(off).max() < 0.12 and np.abs(off).mean() < 0.03
 
 
-def test_the_step_is_smooth():
-    """Catches: a kink at either end, which the fringes would show."""
-    share = np.array([-1.0, 0.0, 0.5, 1.0, 2.0])
-    assert smooth_step(share) == pytest.approx([0, 0, 0.5, 1, 1])
-    near = np.array([1e-3, 1 - 1e-3])
-    assert np.abs(smooth_step(near) - [0, 1]).max() < 2e-8
-
-
-def test_a_silk_badge_is_format_2_and_others_stay_format_1(badge):
-    """Catches: files of old badges that change; a silk badge that an older version would read as cells."""
-    assert '"format": 2' in badge.to_json() and badge_from_json(badge.to_json()) == badge
-    plain = design_badge(Order("Ada Lovelace", lens="50lpi", pattern="cells"), PAYLOAD)
-    assert '"format": 1' in plain.to_json() and "blend_mm" not in plain.to_json()
-    assert is_smooth(badge.gratings[0]) and not is_smooth(plain.gratings[0])
-    assert badge.layout_key() != plain.layout_key()
-
-
 @pytest.mark.parametrize(
     ("wish", "bytes_", "bends"),
     [
@@ -119,23 +101,3 @@ def test_new_badges_are_silk_where_lines_may_bend(wish, bytes_, bends):
     """Catches: a default that refuses turned fields or the pitch code; hard cells where none are asked for."""
     badge = design_badge(Order("Ada", lens="50lpi", range_m=(0.8, 2.0), **wish), PAYLOAD[:1] * bytes_)
     assert [is_smooth(grating) for grating in badge.gratings] == [bends] * len(badge.gratings)
-
-
-@pytest.mark.parametrize("change", [{"rect_mm": (37.0, 104.1, 45.0, 110.0)}, {"blend_mm": (6.0, 1.0)}, {"duty": 0.4}])
-def test_cells_that_cannot_blend_are_refused(badge, change):
-    """Catches: gaps between cells, overlapping reaches and mixed duties, which no line passes through."""
-    grating = badge.gratings[0]
-    changed = (grating.cells[0], replace(grating.cells[1], **change), *grating.cells[2:])
-    twice = (*grating.cells[:-1], grating.cells[-2])
-    with pytest.raises(SpecError, match="cells that blend must be rows"):
-        badge_from_json(replace(badge, gratings=(replace(grating, cells=twice),)).to_json())
-    with pytest.raises(SpecError, match="cells that blend must be rows"):
-        badge_from_json(replace(badge, gratings=(replace(grating, cells=changed),)).to_json())
-
-
-@pytest.mark.parametrize("wish", [{"family": "pitch"}, {"pattern": "velvet"}])
-def test_what_cannot_be_silk_says_so(wish):
-    """Catches: a pitch code that is bent; a pattern that is taken for the usual one."""
-    payload = PAYLOAD[:3] if wish.get("family") else PAYLOAD
-    with pytest.raises(MoireIdError, match=r"silk|pattern"):
-        design_badge(replace(Order("Ada Lovelace", lens="50lpi", pattern="silk"), **wish), payload)

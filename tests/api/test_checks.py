@@ -103,29 +103,6 @@ def test_a_forged_film_is_rejected() -> None:
         check.plot()
 
 
-def test_markup_in_a_name_is_shown_as_text() -> None:
-    """Catches: a badge's name that runs as a script in a notebook."""
-    badge = design_badge(Order("<script>alert(1)</script>", lens="50lpi"), bytes(8))
-    assert "<script" not in mo.verify(GENUINE, badge=badge)._repr_html_()
-
-
-@pytest.mark.parametrize(
-    ("given", "words"),
-    [
-        ({}, "give either claim"),
-        ({"badge": BADGE, "claim": "Ada"}, "give either claim"),
-        ({"badge": BADGE, "bundle": "people.bundle"}, "bundle replaces registry, and needs claim"),
-        ({"claim": "Ada", "bundle": "b", "registry": "r"}, "bundle replaces registry"),
-        ({"badge": BADGE, "trust": "0" * 32}, "trust is of a registry"),
-        ({"badge": 3}, "is no path"),
-    ],
-)
-def test_wishes_that_contradict_each_other_are_refused(given: dict[str, Any], words: str) -> None:
-    """Catches: one of two wishes that is silently left out."""
-    with pytest.raises(mo.SpecError, match=words):
-        mo.verify(GENUINE, **given)
-
-
 def test_a_claim_is_looked_up_in_a_registry_by_path_url_or_object(tmp_path: Path, short: Path) -> None:
     """Catches: a plain path that is taken for a URL; an open registry that is closed; one made by a verify."""
     badge = design_badge(Order("Ada Lovelace", lens="50lpi"), bytes(range(8)))

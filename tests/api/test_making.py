@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
@@ -54,17 +53,6 @@ def test_lines_are_drawn_as_the_command_draws_them(wish: dict[str, Any], options
     assert mo.design("Ada", **wish) == mo.load_badge(tmp_path / "ada" / "badge.json")
 
 
-def test_sizes_and_distances_are_numbers() -> None:
-    """Catches: figures that lose digits as they become the text of an option."""
-    badge = mo.design("Ada", size_mm=(150.125, 140), range_m=(0.8, 1.0), payload=bytes(8))
-    x0, y0, x1, y1 = badge.outline_mm
-    assert (x1 - x0, y1 - y0, badge.range_m, badge.id) == (150.125, 140, (0.8, 1.0), "00" * 8)
-    with pytest.raises(mo.SpecError, match=r"size_mm='large' is no pair of numbers"):
-        mo.design("Ada", size_mm="large")
-    with pytest.raises(mo.SpecError, match="is not possible"):
-        mo.design("Ada", range_m=(2.0, 1.0))
-
-
 def test_an_identity_is_drawn_anew_each_time() -> None:
     """Catches: an identity that is made from the name."""
     assert mo.design("Ada").id != mo.design("Ada").id
@@ -109,26 +97,3 @@ def test_a_note_of_the_command_is_a_warning_here(tmp_path: Path) -> None:
     badge = mo.design("Ada", payload=PAYLOAD)
     with pytest.warns(UserWarning, match="has nothing in colour"):
         mo.print_badge(badge, tmp_path / "ada", mount="none", template="plain", colour="teal")
-
-
-def test_a_badge_shows_its_picture() -> None:
-    """Catches: a picture of another badge, or of nothing, in a notebook."""
-    badge = mo.design("Ada", payload=PAYLOAD)
-    picture = badge.show()
-    assert picture.size == (876, 960)
-    assert badge._repr_png_().startswith(b"\x89PNG")
-    assert picture.tobytes() != mo.design("Grace", payload=PAYLOAD).show().tobytes()
-
-
-def test_a_registry_is_opened_by_path_url_and_not_made_unasked(tmp_path: Path) -> None:
-    """Catches: a typing error that makes an empty registry; a long line at the prompt."""
-    place = tmp_path / "people.sqlite3"
-    with pytest.raises(mo.RegistryError):
-        mo.Registry(place)
-    assert not place.exists()
-    with mo.Registry(str(place), create=True, actor="an organiser") as made:
-        assert repr(made) == f"Registry('sqlite:///{place}', authority {made.fingerprint})"
-        record = made.enroll(mo.design("Ada", payload=PAYLOAD))
-    with mo.Registry(f"sqlite:///{place}") as again:
-        assert again.find("Ada").id == record.id == json.loads(record.badge_json)["id"]
-        assert (again.fingerprint, made.actor) == (made.fingerprint, "an organiser")

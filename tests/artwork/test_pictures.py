@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 from PIL import Image
 
-from moireid.artwork import pictures
 from moireid.artwork import svg as drawn
-from moireid.artwork.content import content_of
 from moireid.artwork.pictures import MOST_SIDE_PX, as_portrait, load_picture
 from moireid.errors import SpecError
 
@@ -92,18 +89,6 @@ def test_what_takes_long_to_draw_is_stopped(tmp_path: Path, monkeypatch: pytest.
         load_picture(svg(tmp_path, layers), "logo")
 
 
-@pytest.mark.slow
-@pytest.mark.skipif(sys.platform != "linux", reason="only Linux limits a process's own memory")
-def test_a_drawing_takes_no_more_memory_than_its_limit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Catches: see-through layers within each other that take the whole machine's memory."""
-    nested = '<g opacity=".9"><rect width="90" height="90"/><rect width="9" height="9"/>' * 60 + "</g>" * 60
-    assert load_picture(svg(tmp_path, nested), "logo").width
-    monkeypatch.setattr(drawn, "MOST_MEMORY_BYTES", 20_000_000)
-    pictures.picture_of.cache_clear()
-    with pytest.raises(SpecError, match="cannot be drawn"):
-        load_picture(svg(tmp_path, nested), "logo")
-
-
 def test_photographs_are_upright_small_and_cut_to_a_portrait(tmp_path: Path) -> None:
     """Catches: a phone's photograph on its side, one that is kept at full size, and a face that is cut off."""
     tall = Image.new("RGB", (3000, 4000), "white")
@@ -117,14 +102,3 @@ def test_photographs_are_upright_small_and_cut_to_a_portrait(tmp_path: Path) -> 
     wide, high = as_portrait(found.resize((400, 1000))).size
     assert wide / high == pytest.approx(0.8, abs=0.01)
     assert as_portrait(found.resize((1000, 400))).size == (320, 400)
-
-
-def test_colours_are_hex_or_css(tmp_path: Path) -> None:
-    """Catches: a colour that is guessed."""
-    assert content_of(colour="#134e8c").colour == pytest.approx((0x13 / 255, 0x4E / 255, 0x8C / 255))
-    assert content_of(colour="Teal").colour == pytest.approx((0, 128 / 255, 128 / 255))
-    with pytest.raises(SpecError, match="'tael' is not known; give six hex digits"):
-        content_of(colour="tael")
-    for wrong in ("rgb(200%,0%,0%)", "rgb(999,0,0)", "hsl(0,300%,50%)", "#0a7d6e00"):
-        with pytest.raises(SpecError, match="is not known"):
-            content_of(colour=wrong)

@@ -58,17 +58,3 @@ def test_toml_and_json_say_the_same(tmp_path: Path) -> None:
 
 def place(**keys: object) -> BadgeTemplate:
     return template_of({"portrait": {"place": [{"what": "name", "area": "head"} | keys]}}, "own")
-
-
-def test_rectangles_run_from_left_to_right_and_lie_in_their_unit() -> None:
-    """Catches: exchanged corners, and millimetres taken for shares."""
-
-    def at(*numbers: float, unit: str = "share") -> BadgeTemplate:
-        entry = {"what": "name", "at": list(numbers), "unit": unit}
-        return template_of({"portrait": {"place": [entry]}}, "own")
-
-    with pytest.raises(SpecError, match="from left to right"):
-        at(0.5, 0.1, 0.4, 0.2)
-    with pytest.raises(SpecError, match="numbers from 0 to 1, got 50"):
-        at(40, 5, 50, 15)
-    assert at(40, 5, 50, 15, unit="mm").sides["portrait"].places[0].unit == "mm"

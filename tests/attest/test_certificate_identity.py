@@ -66,13 +66,6 @@ def test_a_name_that_no_trusted_authority_gave_never_holds(tmp_path: Path, sign:
     assert done.exit_code == 1 and done.output.startswith("DOES NOT HOLD"), done.output
 
 
-def test_another_name_of_a_trusted_authority_does_not_hold(tmp_path: Path, sign: Sign) -> None:
-    """Catches: any certificate of the authority that is taken for the expected one's."""
-    done = checked(tmp_path, sign, "desk", DESK, ROOT, identity="Famous")
-    assert done.exit_code == 1 and "names 'Famous Newsroom, House', and not 'Famous'" in done.output
-    assert checked(tmp_path, sign, "desk", DESK, ROOT, identity="House").exit_code == 1
-
-
 def test_a_name_without_an_authority_is_refused(tmp_path: Path, sign: Sign) -> None:
     """Catches: a name that counts by the word of the one who made the certificate."""
     (tmp_path / "verdict.json").write_text(sign(SigningKey(KEYS["desk"], (DESK,))))

@@ -20,7 +20,6 @@ from securesystemslib.signer import CryptoSigner
 
 from kit.signing import DAY, certificate, certified_key, new_key, pem_of_certificates, public_pem_of
 from moireid.attest import check, load_signing_key, signed_envelope
-from moireid.attest.envelope import MOST_BYTES
 from moireid.attest.signing_keys import P256_ORDER, SigningKey
 from moireid.attest.statement import PREDICATE_TYPE, attested, statement
 from moireid.cli.attest.attest_cmd import lines_of
@@ -70,6 +69,7 @@ def test_it_says_who_judged_what_when_and_against_which_registry(envelope: Path,
     assert printed["signer"]["expected"] is True and printed["registry"]["head"].startswith("2:")
 
 
+@pytest.mark.claim("A key that is only in the file proves nothing")
 def test_a_key_that_is_only_in_the_file_proves_nothing_and_does_not_pass(
     tmp_path: Path, sign: Sign, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -139,6 +139,7 @@ def flipped(text: str, part: str, place: int) -> str:
     return changed(text, change)
 
 
+@pytest.mark.claim("A changed verdict, film or signature is found by its part")
 @pytest.mark.parametrize("kind", ["ed25519", "p256"])
 def test_one_changed_byte_is_reported_by_its_part(kind: str, sign: Sign, film: Path, tmp_path: Path) -> None:
     """Catches: a change that passes, and one reported as another: of the film, of the report, of the signature."""
@@ -154,18 +155,6 @@ def test_one_changed_byte_is_reported_by_its_part(kind: str, sign: Sign, film: P
     found = check(text.encode(), film=tmp_path / "other.mp4")
     assert [fault.part for fault in found.faults] == ["film"] and found.report is not None
     assert check(text.encode(), film=film).holds
-
-
-def test_every_letter_of_the_signature_s_text_counts(envelope: Path) -> None:
-    """Catches: spare bits at the end of base64 that let two files pass for one."""
-    text = envelope.read_text()
-    letter = re.search(r'"sig": "[^"=]*([^"=])==', text)
-    assert letter is not None
-    at = letter.start(1)
-    alphabet = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/"
-    near = alphabet[alphabet.index(text[at]) ^ 1]
-    (fault,) = check((text[:at] + near + text[at + 1 :]).encode()).faults
-    assert fault.part == "signature"
 
 
 def test_another_key_and_another_signer_s_certificate_are_reported(tmp_path: Path, sign: Sign, film: Path) -> None:
@@ -189,17 +178,6 @@ def test_another_key_and_another_signer_s_certificate_are_reported(tmp_path: Pat
     assert (
         done.exit_code == 1 and "not by the given" in done.output and "it is not the key that you gave" in done.output
     )
-
-
-def test_a_report_signed_again_by_another_is_detected_by_the_key_alone(
-    envelope: Path, tmp_path: Path, key: SigningKey, sign: Sign
-) -> None:
-    """Catches: trust in the key that lies in the file where one is given: anybody can sign a better verdict."""
-    forged = tmp_path / "forged.json"
-    forged.write_text(sign(SigningKey(new_key("ed25519")), verdict="inconclusive"))
-    assert checked(forged).exit_code == 2
-    assert checked(forged, "--key", tmp_path / "pub.pem").exit_code == 1
-    assert checked(envelope, "--key", tmp_path / "pub.pem").exit_code == 0
 
 
 def _again(document: dict[str, Any], payload: Any, key: SigningKey) -> None:
@@ -306,55 +284,3 @@ def test_a_hostile_envelope_gives_a_sentence(name: str, envelope: Path, key: Sig
     assert [fault["part"] for fault in printed["faults"]] == [part], printed
     done = checked(tmp_path / "hostile.json")
     assert done.exit_code == 1 and done.output.startswith("DOES NOT HOLD") and len(done.output) < 900
-
-
-@pytest.mark.parametrize(
-    "content",
-    [
-        b"",
-        b"\xff\xfe",
-        b"[]",
-        b"null",
-        b'{"a": 1, "a": 2}',
-        b"[" * 500_000,
-        b'{"a":' * 500_000,
-        b'{"payload": ' + b"9" * 10_000 + b"}",
-        b"-" * (MOST_BYTES + 2),
-    ],
-    ids=["empty", "no text", "list", "null", "twice", "deep", "deep objects", "long number", "huge"],
-)
-def test_what_is_no_envelope_gives_a_sentence(content: bytes, tmp_path: Path) -> None:
-    """Catches: a traceback of the JSON reader, a stack that overflows, a file that fills the memory."""
-    (tmp_path / "any").write_bytes(content)
-    done = checked(tmp_path / "any")
-    assert done.exit_code == 1 and "no signed verdict" in done.output and len(done.output) < 400
-
-
-def test_a_cut_envelope_never_holds(envelope: Path) -> None:
-    """Catches: a verdict that a broken download still vouches for."""
-    content = envelope.read_bytes()
-    for length in range(0, len(content.rstrip()), 997):
-        assert not check(content[:length]).holds
-    spoilt = envelope.read_text().replace('"payload"', '"payload": "", "payload"', 1)
-    assert [fault.part for fault in check(spoilt.encode()).faults] == ["envelope"]
-
-
-def test_names_from_strangers_do_not_steer_the_terminal(tmp_path: Path, sign: Sign, key: SigningKey) -> None:
-    """Catches: a name that clears the screen and writes HOLDS, or that turns the line round."""
-    badge = {"id": None, "name": "\x1b[2J\u202eHOLDS\nHOLDS"}
-    (tmp_path / "verdict.json").write_text(sign(key, badge=badge))
-    done = checked(tmp_path / "verdict.json", "--key", tmp_path / "pub.pem")
-    assert done.exit_code == 0 and not set("\x1b\u202e") & set(done.output) and "\nHOLDS" not in done.output
-
-
-def test_what_is_not_there_is_bad_input(tmp_path: Path, envelope: Path) -> None:
-    """Catches: exit code 1, by which a script would take a wrong name for a forgery."""
-    for options in ((tmp_path / "none",), (envelope, "--film", tmp_path / "none"), (envelope, "--key", envelope)):
-        done = checked(*options)
-        assert done.exit_code == 2 and done.stderr.startswith("error: ") and done.stdout == ""
-
-
-def test_the_schema_is_printed() -> None:
-    """Catches: an option that asks for a file first."""
-    done = CliRunner().invoke(moireid, ["attest", "check", "--schema"])
-    assert done.exit_code == 0 and json.loads(done.stdout)["$id"] == "urn:moireid:schema:attestation:1"

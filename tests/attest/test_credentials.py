@@ -3,27 +3,21 @@
 from __future__ import annotations
 
 import base64
-import hashlib
 import json
 import os
-import random
 import shutil
-from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import av
 import c2pa
 import pytest
 
 from kit.coded_films import first_frames
 from kit.places import FILMS
-from kit.signing import certificate, certified_key, new_key, pem_of, pem_of_certificates
+from kit.signing import certified_key, pem_of
 from moireid.attest import credentials, film_credentials, load_signing_key
 from moireid.attest.credentials import (
-    check_credentials_key,
-    credentials_path,
     talk_with,
     write_credentials,
 )
@@ -32,7 +26,7 @@ from moireid.attest.film_credentials import may_carry, with_carried
 from moireid.attest.signing_keys import SigningKey
 from moireid.attest.statement import attested
 from moireid.badge import load_badge
-from moireid.errors import MediaError, MissingExtraError, SpecError
+from moireid.errors import MediaError
 from moireid.verifier import Question, verify
 
 
@@ -77,26 +71,6 @@ def test_a_sidecar_leaves_the_film_as_it_is(here: Path, judged: dict[str, Any], 
     assert found is not None and found["state"] == "Invalid"
 
 
-def test_an_embedded_verdict_is_in_a_new_film(here: Path, judged: dict[str, Any], key: SigningKey) -> None:
-    """Catches: the old film written over; a new one that no longer plays, or whose pictures are others."""
-    before = here.read_bytes()
-    report = attested(judged, key)
-    write_credentials(report, here, "embed", key)
-    made = here.with_name("film.c2pa.mp4")
-    assert here.read_bytes() == before and credentials_path(here, "embed") == made
-    assert assertion_of(c2pa.Reader(made)) == report
-    # What a film shows is in its packets, and how it is turned and timed in its stream.
-    assert packets_of(made) == packets_of(here)
-    assert report["input"]["sha256"] == hashlib.sha256(before).hexdigest()
-
-
-def packets_of(film: Path) -> list[object]:
-    with av.open(str(film)) as opened:
-        video = opened.streams.video[0]
-        about = [video.time_base, video.average_rate, video.width, video.height, video.codec_context.extradata]
-        return [*about, *((one.pts, one.dts, bytes(one)) for one in opened.demux(video))]
-
-
 @pytest.fixture(scope="module")
 def open_report(film: Path) -> dict[str, Any]:
     """Of a film that is too short for a verdict."""
@@ -107,6 +81,7 @@ def open_report(film: Path) -> dict[str, Any]:
     return found.to_json()
 
 
+@pytest.mark.claim("Content credentials are a note and never a reason")
 def test_carried_credentials_are_a_note_and_never_a_reason(
     here: Path, judged: dict[str, Any], key: SigningKey, open_report: dict[str, Any]
 ) -> None:
@@ -128,22 +103,6 @@ def test_carried_credentials_are_a_note_and_never_a_reason(
     hurt = content.replace(b"jumb", b"jumc")
     made.write_bytes(hurt)
     assert with_carried(open_report, made)["verdict"] == open_report["verdict"]
-
-
-def test_any_flipped_bit_leaves_a_note(here: Path, judged: dict[str, Any], key: SigningKey) -> None:
-    """Catches: an error of the library, or of the JSON that it gives, that is none of those it announces; of 200 flips
-    20 ended verify so."""
-    write_credentials(attested(judged, key), here, "embed", key)
-    made, rng = here.with_name("film.c2pa.mp4"), random.Random(36)
-    content = made.read_bytes()
-    first = content.index(b"jumb") - 40
-    last, states = content.index(b"mdat", first) if b"mdat" in content[first:] else len(content), Counter[str]()
-    for _ in range(150):
-        flipped = bytearray(content)
-        flipped[rng.randrange(first, last)] ^= 1 << rng.randrange(8)
-        made.write_bytes(flipped)
-        states[str((read(made) or {}).get("state"))] += 1
-    assert set(states) <= {"Valid", "Invalid", "Unreadable", "None"} and states["Unreadable"] > 20, states
 
 
 def test_a_library_that_ends_its_process_leaves_a_note(
@@ -241,30 +200,3 @@ def test_one_signature_is_given_and_the_file_is_read_by_another_process(
     with pytest.raises(MediaError, match=words):
         write_credentials(attested(judged, key), here, "embed", key)
     assert sorted(os.listdir(here.parent)) == ["film.mp4", "key.pem"]
-
-
-@pytest.mark.parametrize("name", ["film.mkv", "film", "film.txt"])
-def test_a_film_that_can_hold_none_is_reported(name: str, here: Path, judged: dict[str, Any], tmp_path: Path) -> None:
-    """Catches: a traceback of the library for a container that it does not know."""
-    certified_key(tmp_path / "key.pem", "p256")
-    key = load_signing_key(tmp_path / "key.pem")
-    other = here.with_name(name)
-    other.write_bytes(b"\x1a\x45\xdf\xa3 no film")
-    with pytest.raises(MediaError, match="no content credentials"):
-        write_credentials(attested(judged, key), other, "embed", key)
-    assert sorted(os.listdir(here.parent)) == sorted([name, "film.mp4", "key.pem"])
-
-
-def test_a_key_without_an_authority_s_certificate_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Catches: a refusal that comes after the film was judged, in the library's words."""
-    key = new_key("p256")
-    own = certificate("Desk", key, "Desk", key)
-    for content in (pem_of(key), pem_of(key) + pem_of_certificates(own)):
-        (tmp_path / "key.pem").write_bytes(content)
-        with pytest.raises(SpecError, match="a certificate that an authority issued"):
-            check_credentials_key(load_signing_key(tmp_path / "key.pem"))
-    certified_key(tmp_path / "key.pem", "p256")
-    check_credentials_key(load_signing_key(tmp_path / "key.pem"))
-    monkeypatch.setattr(credentials, "find_spec", lambda name: None)
-    with pytest.raises(MissingExtraError, match=r"install it with: .*\[c2pa\]"):
-        check_credentials_key(load_signing_key(tmp_path / "key.pem"))

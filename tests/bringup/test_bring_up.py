@@ -10,8 +10,8 @@ import pytest
 from click.testing import CliRunner
 
 from moireid.bringup.bring_up import STEPS, BuildStep, advance
-from moireid.bringup.build_folder import BADGE_JSON, OWN_FILES, STATE, BuildFolder, Figure, Reading, open_folder
-from moireid.bringup.progress_page import render_progress, shown_value
+from moireid.bringup.build_folder import OWN_FILES, STATE, BuildFolder, Figure, Reading, open_folder
+from moireid.bringup.progress_page import render_progress
 from moireid.cli.main import moireid
 from moireid.errors import MediaError, SpecError
 
@@ -49,13 +49,6 @@ def works() -> tuple[Work, Work, Work]:
     return Work("first", ("page.txt",)), Work("second"), Work("third", ("badge.txt",))
 
 
-def test_a_folder_that_could_not_begin_can_begin_otherwise(tmp_path: Path):
-    """Catches: a printer too coarse for the sheet that is kept for ever, so that the right one is refused."""
-    coarse = advance(open_folder(tmp_path, {"lens": "100lpi-14mil", "printer_dpi": 144}))
-    assert coarse.refused and coarse.next_step.name == "charts" and coarse.ask == []
-    assert advance(open_folder(tmp_path, {"printer_dpi": 600})).did == ("charts",)
-
-
 def test_a_round_does_what_it_can_and_asks_for_the_rest(tmp_path: Path, works):
     """Catches: a step that waits for a film and is done without it; one that may be left out and blocks; no advice."""
     found = advance(open_folder(tmp_path), steps_of(*works))
@@ -65,30 +58,6 @@ def test_a_round_does_what_it_can_and_asks_for_the_rest(tmp_path: Path, works):
     found = advance(open_folder(tmp_path), steps_of(*works))
     assert found.did == ("second", "third") and found.next_step is None
     assert "moireid enroll" in found.ask[1]
-
-
-def test_what_is_wished_is_kept_though_nothing_can_be_done_yet(tmp_path: Path, works):
-    """Catches: a calliper's reading that is forgotten before the photo is there; a folder that an interrupt leaves, and
-    that is then taken for someone else's."""
-    advance(open_folder(tmp_path / "badge", {"thickness_mm": 1.02}), steps_of(*works))
-    assert open_folder(tmp_path / "badge").wish.thickness_mm == 1.02
-
-    def interrupted(folder: BuildFolder, _: object) -> Reading:
-        folder.at("pitch-test.pdf").write_text("x")
-        raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        advance(open_folder(tmp_path / "new"), (BuildStep("first", "First", "", interrupted, ()),))
-    assert advance(open_folder(tmp_path / "new"), steps_of(*works)).did == ("first",)
-
-
-def test_a_badge_that_could_not_be_printed_is_tried_again(tmp_path: Path, works):
-    """Catches: a refusal that is kept for ever, as what is printed once has no inputs that change."""
-    works[2].refuse = "the name is too long"
-    (tmp_path / "film.mp4").write_text("one")
-    assert advance(open_folder(tmp_path), steps_of(*works)).refused == "the name is too long"
-    works[2].refuse = ""
-    assert advance(open_folder(tmp_path, {"name": "Ada"}), steps_of(*works)).did == ("third",)
 
 
 def test_a_file_that_may_be_left_out_never_stops_the_round(tmp_path: Path, works):
@@ -132,56 +101,6 @@ def test_a_film_that_cannot_be_used_stops_the_round_and_says_why(tmp_path: Path,
     works[1].refuse = ""
     (tmp_path / "film.mp4").write_text("two")
     assert advance(open_folder(tmp_path), steps_of(*works)).next_step is None
-
-
-def test_files_are_found_by_their_names(tmp_path: Path):
-    """Catches: a film taken for a photo of the same stem; one of two films that is read without a word."""
-    folder = open_folder(tmp_path)
-    assert folder.found("film") is None
-    for name in ("film.MP4", "film.mp4.txt", "sheet-photo.heic"):
-        (tmp_path / name).write_text("x")
-    assert folder.found("film") == tmp_path / "film.MP4"
-    (tmp_path / "film.mov").write_text("x")
-    with pytest.raises(SpecError, match=r"film\.MP4 and film\.mov"):
-        folder.found("film")
-    with pytest.raises(SpecError, match="export it as JPEG"):
-        folder.found("sheet-photo")
-
-
-def test_a_folder_keeps_what_it_was_begun_for(tmp_path: Path):
-    """Catches: a pitch test of another sheet read as this one's; a state file that ends in a traceback."""
-    open_folder(tmp_path, {"lens": "75lpi"}).with_reading("charts", Reading()).save()
-    assert open_folder(tmp_path).wish.lens == "75lpi"
-    with pytest.raises(SpecError, match="begun with lens=75lpi, and 50lpi is given"):
-        open_folder(tmp_path, {"lens": "50lpi"})
-    with pytest.raises(SpecError, match="99lpi"):
-        open_folder(tmp_path / "new", {"lens": "99lpi"})
-    assert not (tmp_path / "new").exists()
-    (tmp_path / BADGE_JSON).parent.mkdir()
-    (tmp_path / BADGE_JSON).write_text("x")
-    with pytest.raises(SpecError, match="begun with name=First Badge, and Ada is given"):
-        open_folder(tmp_path, {"name": "Ada"})
-    (tmp_path / STATE).write_text('{"format": 1, "kind": "something"}')
-    with pytest.raises(SpecError, match="kind must be first-badge"):
-        open_folder(tmp_path)
-    (tmp_path / STATE).write_text("{")
-    with pytest.raises(SpecError, match="is not JSON"):
-        open_folder(tmp_path)
-
-
-@pytest.mark.parametrize(
-    ("value", "sd", "shown"),
-    [
-        (0.50917, 0.0000231, "0.509170 ± 0.000023 mm"),
-        (44.71, 3.62, "44.7 ± 3.6 mm"),
-        (1.0, 0.0, "1 mm"),
-        (123.4, 45.0, "123 ± 45 mm"),
-        (None, None, "not known"),
-    ],
-)
-def test_figures_are_shown_as_exactly_as_they_are_known(value, sd, shown):
-    """Catches: digits that say nothing, or too few; an unknown figure shown as 0."""
-    assert shown_value(Figure("a", value, sd, "mm", "good", "")) == shown
 
 
 def test_the_page_shows_every_figure_and_lets_no_text_be_markup(tmp_path: Path, works):

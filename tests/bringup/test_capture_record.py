@@ -21,7 +21,6 @@ from moireid.bringup.build_folder import BADGE_JSON, open_folder
 from moireid.bringup.capture_record import film_record, write_record
 from moireid.bringup.chart_steps import PRINTER, SHEET
 from moireid.bringup.field_crops import field_crops, rectified
-from moireid.errors import SpecError
 from moireid.profiles import LensProfile, PrinterProfile, save_lens_profile, save_printer_profile
 from moireid.verifier import Question, verify
 
@@ -50,16 +49,6 @@ def test_a_record_holds_figures_signals_and_fields_and_no_name_unless_asked(tmp_
         x0, y0, x1, y1 = crop["rect_mm"]
         shown = cv2.imdecode(np.frombuffer(base64.b64decode(crop["png"]), np.uint8), cv2.IMREAD_UNCHANGED)
         assert shown.shape == (round((y1 - y0) * crop["px_per_mm"]), round((x1 - x0) * crop["px_per_mm"]))
-
-
-def test_films_that_were_not_read_are_refused_in_a_sentence(tmp_path: Path):
-    """Catches: a record without films; a traceback."""
-    folder = open_folder(tmp_path / "first")
-    with pytest.raises(SpecError, match="has no films of a badge yet"):
-        collect_record(folder, with_badge=False, note="")
-    folder.at(badge_steps.FILMS).write_text("{")
-    with pytest.raises(SpecError, match="is not JSON"):
-        collect_record(folder, with_badge=False, note="")
 
 
 def test_a_crop_holds_its_rectangle_alone():

@@ -4,21 +4,17 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import cv2
-import numpy as np
 import pytest
 
 from moireid.bringup import chart_steps
-from moireid.bringup.bring_up import STEPS, Advance
-from moireid.bringup.build_folder import BuildFolder, Figure, Reading, open_folder
-from moireid.bringup.progress_page import render_progress
+from moireid.bringup.build_folder import BuildFolder, Figure, open_folder
 from moireid.calibration.camera_fit import CameraFound
 from moireid.calibration.ink_reading import InkGrowth
 from moireid.calibration.sheet_reading import SheetReading
 from moireid.calibration.thickness import Thickness
 from moireid.designer.chart import ChartRequest, design_chart
 from moireid.fabrication.page.chart_page import print_chart
-from moireid.profiles import LensProfile, lens_named, load_lens_profile, load_printer_profile
+from moireid.profiles import LensProfile, lens_named, load_lens_profile
 from moireid.verifier.camera.known_camera import load_camera
 
 FOUND = {"unit": "printed page", "bands": 21, "bands_used": 15}
@@ -63,27 +59,6 @@ def test_films_that_may_be_left_out_cannot_spoil_the_rest(folder: Path):
         assert not any(str(folder) in figure.words + figure.advice for figure in reading.figures)
     assert load_lens_profile(folder / "sheet.json").name == "mine"
     assert reading.refused and reading.figures[0].state == "unknown" and not (folder / "camera.yaml").exists()
-
-
-def test_a_picture_is_whole_or_absent(folder: Path):
-    """Catches: a picture that an interrupt leaves half written; one that keeps the page from being made."""
-    opened = open_folder(folder)
-    opened.save_picture("fringes-1.jpg", np.full((20, 30), 90, np.uint8))
-    assert cv2.imread(str(folder / "fringes-1.jpg"), cv2.IMREAD_UNCHANGED).shape == (20, 30)
-    with pytest.raises(cv2.error):
-        opened.save_picture("empty.jpg", np.empty((0, 0), np.uint8))
-    assert not list(folder.glob("*empty*"))
-    shown = opened.with_reading("sheet", Reading(pictures={"fringes-1.jpg": "strip", "gone.jpg": "gone"}))
-    page = render_progress(Advance(shown, STEPS, (), STEPS[-1]))
-    assert page.count("data:image") == 1
-
-
-def test_the_printer_profile_has_what_was_measured_of_the_printer(folder: Path):
-    """Catches: ink spread of another sheet's chart; a ruler's reading that is lost."""
-    figures = read(open_folder(folder, {"measured_scale": (0.998, 0.999)}))
-    printer = load_printer_profile(folder / "printer.json")
-    assert (printer.ink_growth_um, printer.measured_scale, printer.dpi) == (41.0, (0.998, 0.999), 1200)
-    assert figures["Ink spread"].value == 41.0 and figures["Print scale"].value == 0.998
 
 
 def test_a_camera_that_was_calibrated_is_kept_with_its_figure(folder: Path, monkeypatch: pytest.MonkeyPatch):

@@ -13,15 +13,12 @@ from moireid.asbuilt import AsBuilt
 from moireid.badge import Badge
 from moireid.bringup.build_folder import Figure
 from moireid.bringup.film_figures import (
-    GOOD_SHARPNESS,
     FilmResult,
     _flatness,
-    _wander,
     film_figures,
-    third_harmonic_expected,
 )
 from moireid.designer import Order, design_badge
-from moireid.sheets import effective_gap_mm, sheet_lens
+from moireid.sheets import effective_gap_mm
 
 THICKNESS = Figure("Sheet thickness", 1.0, 0.01, "mm", "good", "by a calliper")
 
@@ -85,17 +82,6 @@ def test_lenses_off_their_places_are_a_length(badge):
     assert found.sd == pytest.approx(0.1 / math.sqrt(4) * turn_mm, rel=0.01)
 
 
-def test_the_error_of_lenses_off_their_places_is_that_of_their_mean(badge, rng):
-    """Catches: noise of the map taken for lenses that wander; the error of one place given as that of all."""
-    for true in (0.0, 0.5):
-        maps = [(*(rng.normal(0.0, 0.2, 40) + true * np.tile([1.0, -1.0], 20)),) for _ in range(200)]
-        each = [built(badge, place_maps=(one,), place_map_sd=0.2) for one in maps]
-        found = [_wander(one, badge) for one in each]
-        values, sds = (np.array([getattr(one, key) for one in found]) for key in ("value", "sd"))
-        off = values - true * badge.lens.pitch_mm / (2 * math.pi)
-        assert 0.5 < math.sqrt(np.mean((off / sds) ** 2)) < 1.3
-
-
 def test_two_films_must_agree_within_their_error_bars(badge):
     """Catches: offsets compared across a whole turn; differences over no error bar."""
     one = built(badge, offset_rad=math.pi - 0.01)
@@ -104,14 +90,6 @@ def test_two_films_must_agree_within_their_error_bars(badge):
     differ = figures_of(badge, film_of(badge, one), film_of(badge, far))["Two films differ by"]
     assert agree.value == pytest.approx(0.02 / math.hypot(0.02, 0.02)) and agree.state == "good"
     assert differ.value > 10 and differ.state == "look"
-
-
-def test_a_lamp_at_the_side_is_seen(badge):
-    """Catches: counts taken for light; the squares' black taken for a shadow; no result taken for even light."""
-    even = figures_of(badge, film_of(badge, None))["Light, uneven by"]
-    side = figures_of(badge, film_of(badge, None, (120.0, 230.0)))["Light, uneven by"]
-    assert even.value == 0 and even.state == "good"
-    assert 60 < side.value < 140 and side.state == "look" and "lamp" in side.advice
 
 
 def test_what_is_not_measured_is_never_a_number(badge):
@@ -123,13 +101,3 @@ def test_what_is_not_measured_is_never_a_number(badge):
         film = SimpleNamespace(report=SimpleNamespace(measurement=SimpleNamespace(camera=camera)))
         assert _flatness([film]).value == shown
     assert set(found) == {"Light, uneven by", "Fringe contrast", "Camera", "Flatness"}
-
-
-def test_the_third_harmonic_is_that_of_the_lines_under_lenses_that_focus():
-    """Catches: harmonics without the lines' share of ink, which hides the third one where two thirds are dark; a sheet
-    that is as sharp whatever its lenses."""
-    lens = sheet_lens(0.508, 1.0, 1.56)
-    assert lens.radius_mm is not None
-    half, two_thirds = (third_harmonic_expected(lens, 0.508, duty) for duty in (0.5, 2 / 3))
-    soft = third_harmonic_expected(replace(lens, radius_mm=1.3 * lens.radius_mm), 0.508, 0.5)
-    assert soft < GOOD_SHARPNESS * half and 0.3 < half <= 1 / 3 and two_thirds < 1e-9

@@ -42,13 +42,3 @@ def test_readable_bands_show_the_lens_within_their_error_bars(chart, rng):
     assert len(usable) >= 12 and 0.2 < np.sqrt(np.mean(off**2)) < 1.6
     # Bands near the match show less than one and a half fringes, which shading could make too.
     assert all(abs(reading.fringes) < 2.5 for reading in readings if not reading.readable)
-
-
-def test_parts_have_their_phase_and_place(chart, rng):
-    """Catches: phases of another view, or with the sign of the page's other side."""
-    readings = read_bands(views_of(chart, 1.0007 / chart.lens.pitch_mm, 0.0, rng), chart)
-    for reading in (one for one in readings if one.readable):
-        places, phases = np.array(reading.parts).T
-        assert phases == pytest.approx(np.full(len(phases), PHASE), abs=0.01)
-        rect = chart.gratings[0].cells[reading.number - 1].rect_mm
-        assert np.all((places > rect[1]) & (places < rect[3]))

@@ -12,13 +12,8 @@ from click.testing import CliRunner
 
 from kit.film_taken_over import HostileOrder
 from moireid.calibration.camera_fit import CameraFound
-from moireid.calibration.film_orders import CameraOrder, SheetOrder, film_read
-from moireid.calibration.ink_reading import InkGrowth
-from moireid.calibration.lens_fit import lens_from_band
-from moireid.calibration.sheet_reading import SheetReading
-from moireid.calibration.thickness import Thickness
+from moireid.calibration.film_orders import CameraOrder, film_read
 from moireid.cli.main import moireid
-from moireid.designer import ChartRequest, design_chart
 from moireid.errors import MediaError
 
 CAMERA = {
@@ -62,19 +57,6 @@ def test_a_film_of_a_chart_reaches_no_other_file(chart: str, tmp_path: Path, mon
     done = CliRunner().invoke(moireid, words)
     assert done.exit_code == 2 and "Permission denied" in done.stderr and "a key" not in done.stderr, done.output
     assert "--unsealed" in CliRunner().invoke(moireid, ["calibrate", "--help"]).output
-
-
-def test_a_sheet_comes_through_as_it_was_read() -> None:
-    """Catches: figures that are lost or changed on their way from one process to the other."""
-    chart = design_chart(ChartRequest())
-    made = lens_from_band(chart, 10.5, distance_mm=1000)
-    found = SheetReading(made, InkGrowth(12.0, 3.0, "", 0.01, 2), Thickness(0.5, 0.01), "--distance")
-    order = SheetOrder(Path("film.mp4"), chart)
-    said = msgspec.json.decode(msgspec.json.encode(msgspec.to_builtins(found)))
-    assert film_read(order, SheetReading, TakenOver(said), lambda *_: None) == found
-    for key, value in (("ink", None), ("profile", []), ("thickness", 3)):
-        with pytest.raises(MediaError, match="answers what no film shows"):
-            film_read(order, SheetReading, TakenOver(said | {key: value}), lambda *_: None)
 
 
 def test_a_camera_comes_through_as_it_was_found() -> None:

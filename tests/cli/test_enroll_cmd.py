@@ -46,6 +46,7 @@ def shown(enroll) -> dict:
     return json.loads(run("registry", "show", "Ada Lovelace", "--json", *enroll.to).stdout)
 
 
+@pytest.mark.claim("Figures of enrolment are replaced only with a reason")
 def test_a_poisoned_capture_is_refused_and_shown_side_by_side(enroll, true):
     """Catches: figures that are replaced without a note, so that the holder's own badge is rejected as a copy."""
     poison = replace(true, gain_ratio=0.63, offset_rad=true.offset_rad + 2)

@@ -9,12 +9,10 @@ from __future__ import annotations
 import json
 import os
 import shutil
-import signal
 import subprocess
 import sys
 import wave
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -24,7 +22,6 @@ import pytest
 from moireid.badge import Badge
 from moireid.cli.main import main, print_your_badge
 from moireid.designer import Order, design_badge
-from moireid.extras import missing_extra
 from moireid.fabrication import package
 from moireid.registry import open_registry
 from moireid.verifier.video import Film
@@ -140,17 +137,6 @@ def test_a_name_that_is_none_is_refused(refused: Callable[..., str], name: str) 
     assert "name" in refused(name, "--out", "new", "--mount", "none", entry=print_your_badge)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("name", ["a/b", "..", "Ωμέγα", "Zoe\u0308", "x" * 150, "{}%s<b>"])
-def test_any_other_name_is_printed(run: Run, name: str) -> None:
-    """Catches: a name taken for a path, a format or markup, and a script that is not Latin."""
-    outcome = run("print", name, "--out", "new", "--mount", "none", "--json")
-    assert outcome.code == 0, outcome.err
-    document = outcome.document
-    assert document["name"] == ("Zoë" if name.startswith("Zo") else name)
-    assert sorted(os.listdir("new")) == sorted(document["files"])
-
-
 @pytest.mark.parametrize(
     ("options", "words"),
     [
@@ -189,6 +175,7 @@ def test_a_wish_that_cannot_be_is_refused(refused: Callable[..., str], options: 
     assert words in refused("print", "Ada", "--out", "new", *mount, *options, "--json")
 
 
+@pytest.mark.claim("Nothing is overwritten without --overwrite")
 def test_outputs_that_cannot_be_written_are_refused(refused: Callable[..., str], tmp_path: Path) -> None:
     """Catches: work that is done before the folder is looked at.  A path below a file stops even root."""
     (tmp_path / "file").write_text("mine")
@@ -227,6 +214,7 @@ def test_a_revoked_badge_is_not_printed_again(
     assert "revoked" in refused("print", "Ada Lovelace", *arguments)
 
 
+@pytest.mark.claim("An interrupt leaves nothing half done")
 def test_an_interrupt_leaves_nothing(run: Run, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """Catches: half the files of a badge, or a traceback, when a person presses Ctrl-C."""
 
@@ -239,32 +227,6 @@ def test_an_interrupt_leaves_nothing(run: Run, monkeypatch: pytest.MonkeyPatch, 
     assert (outcome.code, outcome.out) == (130, "")
     assert outcome.err.splitlines()[-1].startswith("interrupted")
     assert os.listdir("new") == []
-
-
-def test_an_interrupt_is_not_taken_for_a_package_that_is_not_there(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Catches: Ctrl-C as the CAD packages load, which they swallow, answered with advice to install them."""
-
-    def swallow(*_: object) -> None:
-        with suppress(KeyboardInterrupt):
-            signal.raise_signal(signal.SIGINT)
-        raise missing_extra("a mount", "trimesh", "cad")
-
-    monkeypatch.setattr(package, "write_preview", swallow)
-    outcome = run("print", "Ada", "--out", "new", "--mount", "none", "--json")
-    assert outcome.code == 130 and "install" not in outcome.err and not os.path.exists("new")
-    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
-
-
-def test_a_surprise_is_one_line_too(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Catches: the message of a foreign error handed on with its newlines (OpenCV's have several)."""
-
-    def surprise(*_: object, **__: object) -> None:
-        raise RuntimeError("one\n  two\nthree")
-
-    monkeypatch.setattr(package, "print_badge", surprise)
-    outcome = run("print", "Ada", "--out", "new", "--mount", "none")
-    assert (outcome.code, outcome.out, len(outcome.err.splitlines())) == (2, "", 1)
-    assert outcome.err.startswith("error: ") and "one two three" in outcome.err and "MOIREID_TRACEBACK" in outcome.err
 
 
 # Films
@@ -324,6 +286,7 @@ def test_a_film_is_the_file_of_its_name(
     assert (Film(Path(name)).width, next(Film(Path(name)).frames()).luma.shape) == (1920, (1080, 1920))
 
 
+@pytest.mark.claim("A name is matched exactly; two people of one name end with exit code 2")
 def test_claims_that_nobody_answers_to_are_refused(
     refused: Callable[..., str], badge_file: Path, people: None, films: Path, ada: Badge
 ) -> None:
@@ -338,21 +301,6 @@ def test_claims_that_nobody_answers_to_are_refused(
     assert "no registry" in refused("verify", film, "--claim", "Ada Lovelace", "--registry", "sqlite:///none.sqlite3")
     assert "no registry" in refused("verify", film, "--claim", "Ada Lovelace")
     assert "cannot be read" in refused("verify", film, "--badge", "none.json")
-
-
-@pytest.mark.parametrize("focal", ["nan", "inf", "0", "-1450", "x", "1e9"])
-def test_a_focal_length_that_is_none_is_refused(refused: Callable[..., str], badge_file: Path, focal: str) -> None:
-    """Catches: NaN, which click's ranges let pass."""
-    assert "--focal-px" in refused("verify", "film.mp4", "--badge", "ada.json", "--focal-px", focal)
-    assert "--focal-px" in refused("identify", "film.mp4", "--registry", REGISTRY, "--focal-px", focal)
-
-
-def test_a_camera_is_given_once_and_as_a_calibration(refused: Callable[..., str], badge_file: Path) -> None:
-    """Catches: two focal lengths; a camera file that is read only once the film was."""
-    Path("camera.json").write_text("{}")
-    film = ("verify", "film.mp4", "--badge", "ada.json", "--camera", "camera.json")
-    assert "--camera holds the focal length" in refused(*film, "--focal-px", "900")
-    assert "holds no calibration" in refused("identify", "film.mp4", "--registry", REGISTRY, "--camera", "camera.json")
 
 
 def test_a_report_in_the_way_is_seen_before_the_film(
@@ -433,18 +381,6 @@ def test_a_file_that_is_no_badge_is_refused(refused: Callable[..., str], tmp_pat
     assert "wrong.json" in refused("simulate", "wrong.json", "--out", "new.mp4")
 
 
-def test_a_row_too_short_to_read_is_told_before_the_film_is_read(
-    refused: Callable[..., str], badge_file: Path, films: Path
-) -> None:
-    """Catches: an error from deep within numpy, after the whole film has been read."""
-    # Cells that blend must fill their rows, which is asked for first.
-    document = json.loads(design_badge(Order("Ada", lens="50lpi", pattern="cells"), bytes(range(8))).to_json())
-    x0, y0, _, _ = document["gratings"][0]["cells"][0]["rect_mm"]
-    document["gratings"][0]["cells"][0]["rect_mm"] = [x0, y0, x0 + 0.5, y0 + 5]
-    badge_file.write_text(json.dumps(document))
-    assert "grating 0" in refused("verify", str(films / "genuine_1.0m.mp4"), "--badge", "ada.json")
-
-
 def test_a_badge_that_could_never_be_verified_is_not_enrolled(
     refused: Callable[..., str], badge_file: Path, films: Path, ada: Badge, tmp_path: Path
 ) -> None:
@@ -498,47 +434,7 @@ def test_a_film_that_cannot_be_made_is_refused(
     assert words in refused("simulate", "ada.json", *options)
 
 
-HEADER = "t_s,x_mm,y_mm,z_mm,qx,qy,qz,qw\n"
-
-
-@pytest.mark.parametrize(
-    "row",
-    [
-        "{k},0,0",
-        "{k},a,0,0,0,0,0,1",
-        "0,0,0,0,0,0,0,1",
-        "{k},nan,0,0,0,0,0,1",
-        "{k},0,0,0,0,0,0,0",
-        "{k},0,0,0,1e200,0,0,1e200",
-        "{k},{k}e300,0,0,0,0,0,1",
-        "{k}e-300,0,0,{k},0,0,0,1",
-        "{k}e300,0,0,{k},0,0,0,1",
-        '{k},"' + "1" * 200_000,
-    ],
-    ids=["short", "letter", "times", "nan", "turn", "huge turn", "huge place", "tiny times", "huge times", "field"],
-)
-def test_a_motion_that_is_none_is_refused(
-    refused: Callable[..., str], badge_file: Path, tmp_path: Path, row: str
-) -> None:
-    """Catches: splines that overflow, and warnings of numpy on stderr."""
-    (tmp_path / "m.csv").write_text(HEADER + "".join(row.format(k=k) + "\n" for k in range(6)))
-    assert "m.csv" in refused("simulate", "ada.json", "--out", "new.mp4", "--frames", "2", "--motion", "m.csv")
-
-
 # registry, usage, JSON
-
-
-def test_registry_commands_refuse_what_is_not_there(refused: Callable[..., str], people: None, tmp_path: Path) -> None:
-    """Catches: an empty registry made by merely looking for one."""
-    (tmp_path / "file").write_text("mine")
-    assert "no registry" in refused("registry", "list", "--registry", "sqlite:///none.sqlite3", "--json")
-    assert "no registry" in refused("registry", "list", "--json")
-    assert "no one named" in refused("registry", "show", "Nobody", "--registry", REGISTRY, "--json")
-    assert BOBS[0] in refused("registry", "show", "Bob", "--registry", REGISTRY, "--json")
-    assert "cannot be used" in refused("registry", "list", "--registry", "sqlite:///file")
-    assert "cannot be made" in refused("registry", "init", "--registry", "sqlite:///file/x/people.sqlite3")
-    assert "URL" in refused("registry", "init", "--registry", "postgresql:people")
-    assert "none.json" in refused("enroll", "none.json", "--registry", REGISTRY)
 
 
 @pytest.mark.parametrize(
@@ -559,6 +455,7 @@ def test_wrong_usage_is_one_sentence(refused: Callable[..., str], arguments: lis
     assert words in refused(*arguments)
 
 
+@pytest.mark.claim("--json prints one object on stdout and nothing else")
 @pytest.mark.slow
 def test_json_is_one_object_and_talk_goes_elsewhere(run: Run, tmp_path: Path) -> None:
     """Catches: progress or notes on stdout, JSON over several lines, keys that the contract names left out."""
@@ -596,30 +493,6 @@ def program(*arguments: str, folder: Path, **environment: str) -> subprocess.Com
     )
 
 
-def test_the_programs_themselves_fail_in_one_sentence(tmp_path: Path) -> None:
-    """Catches: an entry point that is wired otherwise than `main` is."""
-    for arguments in (
-        ["moireid", "verify", "none.mp4", "--badge", "none.json"],
-        ["print-your-badge", "", "--out", "x"],
-    ):
-        done = program(*arguments, folder=tmp_path)
-        assert (done.returncode, done.stdout, done.stderr.count(b"\n")) == (2, b"", 1), done.stderr
-        assert done.stderr.startswith(b"error: ")
-    assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.slow
-def test_a_terminal_that_knows_no_such_letters_is_no_error(tmp_path: Path, people: None) -> None:
-    """Catches: UnicodeEncodeError after the work is done, on a pipe in Latin-1 (Windows), and JSON in that encoding."""
-    done = program("moireid", "registry", "list", "--registry", REGISTRY, folder=tmp_path, PYTHONIOENCODING="latin-1")
-    assert (done.returncode, done.stdout.count(b"\n")) == (0, 3)
-    arguments = ("print-your-badge", "Ж ✓", "--out", "new", "--mount", "none")
-    for flags in ([], ["--json", "--overwrite"]):
-        done = program(*arguments, *flags, folder=tmp_path, PYTHONIOENCODING="latin-1")
-        assert done.returncode == 0, done.stderr
-    assert json.loads(done.stdout.decode("latin-1"))["name"] == "Ж ✓"
-
-
 def test_output_that_nobody_takes_is_no_traceback(tmp_path: Path, people: None) -> None:
     """Catches: a full disk under stdout of --help, and `moireid registry list | head -1`."""
     for arguments in (["--help"], ["registry", "list", "--registry", REGISTRY]):
@@ -644,6 +517,7 @@ def test_output_that_nobody_takes_is_no_traceback(tmp_path: Path, people: None) 
 HEAVY = {"OCP", "build123d", "cadquery", "manifold3d", "matplotlib", "mitsuba", "numba", "scipy", "trimesh"}
 
 
+@pytest.mark.claim("Heavy packages are loaded by the work that needs them")
 @pytest.mark.parametrize(
     ("arguments", "spared"),
     [

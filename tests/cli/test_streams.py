@@ -43,18 +43,6 @@ def test_a_stream_that_cannot_be_written_changes_no_verdict(tmp_path: Path, film
     assert ">&-" in shell.split() or done.stdout.startswith(b"ACCEPT")
 
 
-@pytest.mark.parametrize("words", ["materials", "--help", "registry list --registry {}", "nosuch"])
-def test_a_closed_stream_changes_no_exit_code(tmp_path: Path, words: str) -> None:
-    """Catches: a traceback, and the exit code of a rejected film."""
-    run: list[Any] = [sys.executable, "-c", PROGRAM, *words.format(tmp_path / "none.sqlite3").split()]
-    whole = subprocess.run(run, capture_output=True, timeout=60)
-    assert whole.returncode == (2 if b"error: " in whole.stderr else 0)
-    lost = {">&-": (b"", whole.stderr), "2>&-": (whole.stdout, b""), ">&- 2>&-": (b"", b"")}
-    for shell, said in (lost | {"2>/dev/full": lost["2>&-"]}).items():
-        done = subprocess.run(["sh", "-c", f'exec "$@" {shell}', "sh", *run], capture_output=True, timeout=60)
-        assert (done.returncode, done.stdout, done.stderr) == (whole.returncode, *said), shell
-
-
 def test_a_film_may_have_a_name_that_is_no_text(tmp_path: Path, film: Path) -> None:
     """Catches: an answer that its reader refuses, for the bytes in the film's name."""
     named = os.fsencode(tmp_path) + b"/f\xff.mp4"
@@ -81,3 +69,5 @@ def test_an_interrupt_shows_no_traceback(tmp_path: Path, film: Path, after_s: fl
         program.send_signal(signal.SIGINT)
         said = program.communicate(timeout=60)[1]
     assert b"Traceback" not in said
+    # A quick machine may have the verdict by then.
+    assert program.returncode in (-signal.SIGINT, 130, *([0] if after_s > 0.2 else []))

@@ -15,6 +15,7 @@ from moireid.errors import MediaError
 HOSTILE = "a\x1b[2J\u202eb\nACCEPT\u2028c\x9b1md\U000e0041"
 
 
+@pytest.mark.claim("Nothing that is printed steers the terminal")
 @pytest.mark.parametrize("way", ["echo", "say", "fail", "error", "json"])
 def test_nothing_that_is_printed_steers_the_terminal(way: str) -> None:
     """Catches: words of a film's process, in an error or a finding, that clear the screen and write a verdict."""

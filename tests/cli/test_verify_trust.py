@@ -13,6 +13,7 @@ from moireid.errors import RegistryError
 from moireid.registry import open_registry
 
 
+@pytest.mark.claim("--trust holds until the verdict is given")
 def test_the_look_up_after_the_film_asks_the_trusted_registry(
     tmp_path: Path, ada: Badge, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -11,7 +11,6 @@ import pytest
 
 from kit.coded_films import first_frames
 from kit.places import FILMS
-from kit.registries import badge_of
 
 #: As the system answers for a user of whom it knows only the number; libraries that are loaded later ask it too.
 PROGRAM = """
@@ -50,20 +49,6 @@ def test_where_a_home_is_needed_a_sentence_says_what_to_give(tmp_path: Path, wor
     assert (done.returncode, done.stdout, len(done.stderr.splitlines())) == (2, "", 1)
     assert done.stderr.startswith("error: ") and helps in done.stderr and "inside moireid" not in done.stderr
     assert {path.name for path in tmp_path.iterdir()} <= {"people.sqlite3"}
-
-
-def test_a_registry_works_where_its_places_are_given(tmp_path: Path) -> None:
-    """Catches: settings, or what was seen of registries, looked for in a home that is not there."""
-    shown = ["--registry", "people.sqlite3"]
-    person = tmp_path / "badge.json"
-    person.write_text(badge_of("Ada Lovelace").to_json())
-    for words in (["registry", "init"], ["enroll", person], ["registry", "list"]):
-        done = run(tmp_path, *words, *shown, MOIREID_KEYS="keys")
-        assert done.returncode == 0, done.stderr
-    readable = run(tmp_path, "registry", "list", *shown)
-    assert readable.returncode == 0 and "Ada Lovelace" in readable.stdout
-    # An older registry would pass, and the user must know.
-    assert "set MOIREID_SEEN" in readable.stderr
 
 
 def test_what_needs_no_home_works(tmp_path: Path) -> None:

@@ -6,13 +6,13 @@ from dataclasses import replace
 
 import pytest
 
-from moireid.designer import Request, design_badge
+from moireid.designer import Order, design_badge
 from moireid.errors import MoireIdError
 
-WISH = Request("Al")
+WISH = Order("Al", lens="50lpi")
 
 
-def followed(request: Request, error: MoireIdError) -> Request:
+def followed(request: Order, error: MoireIdError) -> Order:
     """The wish changed as an error advises; the same one where it advises nothing."""
     details = error.details
     request = replace(request, printer_dpi=details.get("least_dpi", request.printer_dpi))
@@ -35,7 +35,7 @@ def followed(request: Request, error: MoireIdError) -> Request:
         (replace(WISH, size_mm=(200.0, 280.0), paper="letter"), [""]),
     ],
 )
-def test_advice_leads_to_a_badge_that_fits_its_page(wish: Request, words: list[str]) -> None:
+def test_advice_leads_to_a_badge_that_fits_its_page(wish: Order, words: list[str]) -> None:
     """Catches: advice that is refused in its turn, or advises nothing; a size that does not fit the paper that it was
     advised for."""
     for word in words:

@@ -3,17 +3,11 @@
 from __future__ import annotations
 
 import itertools
-import json
-import math
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
-from click.testing import CliRunner
 
 from moireid.badge import Badge
-from moireid.cli.main import moireid
-from moireid.cli.printing import print_options
 from moireid.designer import Order, design_badge
 from moireid.designer.design import filled
 from moireid.designer.formats import FORMATS, ORIENTATIONS
@@ -21,7 +15,6 @@ from moireid.designer.reach import CALL, PHONE, read_of, verdict_reach_m
 from moireid.errors import DesignError
 from moireid.fabrication.event import places_mm
 from moireid.profiles import PAPERS_MM
-from moireid.sheets import DEFAULT_LENS
 
 PAYLOAD = bytes.fromhex("7097c67b0fafc59b")
 EACH = list(itertools.product(FORMATS, ORIENTATIONS, PAPERS_MM))
@@ -83,24 +76,3 @@ def test_a_range_is_cut_to_what_the_board_allows_and_kept_where_it_is_given() ->
         filled(Order("A", size_mm=(40.0, 40.0), head=0.6))
     full = filled(Order("A"))
     assert filled(full) == full
-
-
-def test_the_board_is_todays_default() -> None:
-    """Catches: a format of the default's name that is another badge; one of no format on a sheet that is not sold."""
-    assert design_badge(Order("A", format="board"), PAYLOAD) == design_badge(Order("A"), PAYLOAD)
-    assert filled(Order("A")).lens == DEFAULT_LENS
-
-
-@pytest.mark.slow
-def test_the_command_knows_every_format_and_prints_one(tmp_path: Path) -> None:
-    """Catches: a format that the command leaves out, and a lens or range of another one."""
-    assert (tuple(FORMATS), ORIENTATIONS) == (print_options.FORMATS, print_options.ORIENTATIONS)
-    asked = ["print", "Ada", "--out", str(tmp_path), "--format", "cr80", "--orientation", "portrait", "--json"]
-    done = CliRunner().invoke(moireid, asked)
-    assert done.exit_code == 0, done.output
-    document = json.loads((tmp_path / "badge.json").read_text())
-    x0, y0, x1, y1 = document["board"]["rect_mm"]
-    assert math.isclose(x1 - x0, 54.0) and math.isclose(y1 - y0, 85.6)
-    assert document["range_m"] == [0.3, 0.6] and document["print"]["lens"] == "75lpi-18mil"
-    refused = CliRunner().invoke(moireid, [*asked, "--size", "60x66", "--overwrite"])
-    assert refused.exit_code == 2 and "without --format" in refused.output

@@ -11,14 +11,12 @@ import pytest
 from click.testing import CliRunner
 
 from kit.report_faults import faults
-from kit.signing import new_key, pem_of, public_pem_of
 from kit.webbing import badge_film
 from moireid.badge import Badge
 from moireid.cli.main import moireid
 from moireid.designer import Order, design_badge
 from moireid.idcodes import specimen_of
 from moireid.registry import Registry, open_registry
-from moireid.registry.bundle import held
 
 
 @pytest.fixture(scope="module")
@@ -64,33 +62,8 @@ def test_a_bundle_judges_as_the_registry_does(film, registry, ada, tmp_path):
     assert offline["invariant"]["gain_ratio"] == pytest.approx(online["invariant"]["gain_ratio"], abs=0.01)
 
 
-@pytest.mark.slow
-def test_another_person_of_a_bundle_is_not_the_one_filmed(film, registry, ada, tmp_path):
-    """Catches: a sealed claim that any identity opens; an identity reported that the film does not show."""
-    registry.publish(tmp_path / "bundle", specimen_of, days=7)
-    report = verified(film, "Sarah Example", "--bundle", tmp_path / "bundle")
-    assert report["verdict"] == "reject" and report["identity"]["verdict"] == "mismatch" and faults(report) == []
-    assert (report["identity"]["decoded_id"], report["identity"]["claimed_id"]) == (ada.id, None)
-    assert bytes(range(8)).hex() not in json.dumps(report)
-    (reason,) = (one for one in report["reasons"] if one["code"] == "identity")
-    assert "sealed" in reason["text"]
-
-
 def shown(film: Path, claim: str, *options: object) -> str:
     return CliRunner().invoke(moireid, ["verify", str(film), "--claim", claim, *map(str, options)]).stdout
-
-
-def test_a_small_bundle_names_whose_badge_it_is(film, registry, ada, tmp_path, monkeypatch):
-    """Catches: "nobody's" of a badge that was not looked up; a look-up that keeps a user waiting for minutes."""
-    bundle = tmp_path / "bundle"
-    registry.publish(bundle, specimen_of, days=7)
-    report = shown(film, "Sarah Example", "--bundle", bundle)
-    assert report.startswith(f"REJECT: Genuine, but {ada.name}'s, not Sarah Example's")
-    monkeypatch.setattr(held, "MOST_SEALS", 1)
-    report = shown(film, "Sarah Example", "--bundle", bundle)
-    assert report.startswith("REJECT: Genuine, but another badge, not Sarah Example's")
-    assert "holds too many to look up" in report and ada.name not in report
-    assert shown(film, ada.name, "--bundle", bundle).startswith(f"ACCEPT: Genuine, and {ada.name}'s")
 
 
 @pytest.mark.slow
@@ -106,27 +79,6 @@ def test_a_badge_that_no_seal_opens_for_is_nobody_s(film, ada, tmp_path, monkeyp
 
 
 @pytest.mark.slow
-def test_a_verdict_by_a_bundle_is_signed_and_shown(film, registry, ada, tmp_path, monkeypatch):
-    """Catches: a bundle's claim that another process cannot judge; a signed report or page without its authority."""
-    monkeypatch.chdir(tmp_path)
-    registry.publish(tmp_path / "bundle", specimen_of, days=7)
-    key = new_key("ed25519")
-    (tmp_path / "key.pem").write_bytes(pem_of(key))
-    (tmp_path / "pub.pem").write_bytes(public_pem_of(key))
-    signing = ("--sign", "key.pem", "--attest", "verdict.json", "--report", "report")
-    report = verified(film, ada.name, "--bundle", "bundle", "--trust", registry.fingerprint, *signing)
-    assert (report["verdict"], report["claim_source"], report["identity"]["claimed_id"]) == ("accept", "bundle", ada.id)
-    asked = report["registry"]
-    assert (asked["fingerprint"], asked["head"]) == (registry.fingerprint, registry.head()) and asked["expires"]
-    page = (tmp_path / "report" / "report.html").read_text()
-    assert f"Genuine, and {ada.name}" in page and "by a bundle that counts until" in page
-    assert registry.fingerprint in page and registry.head() in page
-    assert json.loads((tmp_path / "report" / "report.json").read_text()) == report
-    checked = CliRunner().invoke(moireid, ["attest", "check", "verdict.json", "--film", str(film), "--key", "pub.pem"])
-    assert checked.exit_code == 0 and f"by a bundle that counted until {asked['expires']}" in checked.stdout
-
-
-@pytest.mark.slow
 def test_a_revoked_badge_of_a_bundle_is_rejected(film, registry, ada, tmp_path):
     """Catches: revocations that are not in it, or not looked at."""
     registry.revoke(ada.name, "lost on the train")
@@ -135,18 +87,6 @@ def test_a_revoked_badge_of_a_bundle_is_rejected(film, registry, ada, tmp_path):
     assert report["verdict"] == "reject" and report["identity"]["verdict"] == "match"
     assert "lost on the train" in (tmp_path / "report" / "report.html").read_text()
     assert registry.fingerprint in (tmp_path / "report" / "report.html").read_text()
-
-
-@pytest.mark.slow
-def test_who_it_is_is_told_with_the_registry_that_was_asked(film, registry, ada, tmp_path):
-    """Catches: an identification that nobody can hold against a registry later."""
-    command = ["identify", str(film), "--registry", f"sqlite:///{tmp_path}/people.sqlite3", "--json"]
-    done = CliRunner().invoke(moireid, command)
-    report = json.loads(done.stdout)
-    assert (done.exit_code, report["found_name"]) == (0, ada.name)
-    assert report["registry"] == {"fingerprint": registry.fingerprint, "head": registry.head(), "expires": None}
-    other = CliRunner().invoke(moireid, [*command, "--trust", "0" * 32])
-    assert other.exit_code == 2 and "its key was replaced" in other.stderr
 
 
 def identified(film: Path, *options: object) -> tuple[int, str, str]:
@@ -169,16 +109,3 @@ def test_a_bundle_finds_whose_badge_it_is(film, registry, ada, tmp_path):
     registry.publish(bundle, specimen_of, days=7, overwrite=True)
     code, report, _ = identified(film, "--bundle", bundle)
     assert code == 1 and "Revoked on" in report and "lost on the train" in report
-
-
-@pytest.mark.slow
-def test_nobody_of_a_bundle_is_told_so(film, registry, tmp_path):
-    """Catches: "held by no one in this registry", which was not asked; two places that are asked at once."""
-    other = tmp_path / "other.sqlite3"
-    with open_registry(f"sqlite:///{other}", create=True) as few:
-        few.enroll(design_badge(Order("Sarah Example", lens="50lpi"), bytes(range(8))))
-        few.publish(tmp_path / "few", specimen_of, days=7)
-    code, report, _ = identified(film, "--bundle", tmp_path / "few")
-    assert code == 1 and "held by no one in this bundle" in report
-    code, _, said = identified(film, "--bundle", tmp_path / "few", "--registry", f"sqlite:///{other}")
-    assert code == 2 and "leave one of them out" in said

@@ -31,6 +31,7 @@ def call(folder: Path, *more: str, code: int = 0) -> dict:
     return json.loads(ran.stdout)
 
 
+@pytest.mark.claim("first-badge measures sheet, printer and camera")
 @pytest.mark.slow
 def test_a_builder_is_led_to_a_badge_whose_figures_are_known(tmp_path: Path):
     """Catches: a badge printed for the label in place of the sheet; figures that are off by more than their error

@@ -25,6 +25,7 @@ def framed() -> Badge:
     return design_badge(Order("Ada", lens="50lpi", markers="frame", range_m=(0.8, 2.0)), PAYLOAD)
 
 
+@pytest.mark.claim("A coded frame serves as squares do")
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("forge", "mirror", "verdict"), [(None, False, "accept"), (None, True, "accept"), ("reversed", False, "reject")]

@@ -9,7 +9,6 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
-from html.parser import HTMLParser
 from pathlib import Path
 from typing import get_args, get_type_hints
 
@@ -32,17 +31,6 @@ FIRST = DOCS / "tutorial" / "first-verdict.md"
 READ_THERE = sorted({*ROOT.glob("*.md"), *ROOT.glob("*/README.md")} - {ROOT / "CHANGELOG.md"})
 #: Pages that are made from the code as the site is built.
 MADE = {f"reference/{name}.html" for name in ("commands", "simulation", "badge-json", "report-json")}
-#: What makes a browser fetch something; a link that somebody has to click is no such thing.
-FETCHES = {
-    "link": "href",
-    "script": "src",
-    "img": "src",
-    "iframe": "src",
-    "source": "src",
-    "video": "src",
-    "use": "href",
-}
-ELSEWHERE = re.compile(r"^\s*(?:[a-z]+:)?//", re.IGNORECASE)
 
 
 @pytest.fixture(scope="module")
@@ -54,16 +42,7 @@ def walked(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-@pytest.fixture(scope="module")
-def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The site as `make docs` builds it."""
-    folder = tmp_path_factory.mktemp("site")
-    command = [sys.executable, "-m", "mkdocs", "build", "--quiet", "--strict", "--site-dir", str(folder)]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=200, check=False)
-    assert done.returncode == 0, done.stderr
-    return folder
-
-
+@pytest.mark.claim("Every block of the guides runs as its page says")
 @pytest.mark.slow
 def test_every_block_runs_as_its_page_says(walked: Path, tmp_path: Path) -> None:
     """Catches: a command that was renamed, an option that is gone, an exit code or a line shown that does not come.
@@ -158,7 +137,10 @@ def test_what_the_readme_shows_of_python_runs(walked: Path, tmp_path: Path) -> N
     (block,) = (block for block in blocks_of(ROOT / "README.md") if block.kind == "python")
     printed = "\n".join(re.findall(r"^print\(.+\)  # (.+)$", block.body, re.MULTILINE))
     assert printed.startswith("FilmCheck(accept: ")
-    page.write_text(f"```python\n{block.body}```\n```text\n{printed}\n```\n", encoding="utf-8")
+    # One identity, so that each run is alike.
+    code = block.body.replace('format="a6"', 'format="a6", payload="0123456789abcdef"')
+    assert code != block.body
+    page.write_text(f"```python\n{code}```\n```text\n{printed}\n```\n", encoding="utf-8")
     with Session(tmp_path / "walked") as session:
         session.follow(page)
 
@@ -168,54 +150,11 @@ def test_no_page_shows_raw_braces() -> None:
     assert [page.name for page in PAGES + READ_THERE if "{{" in page.read_text(encoding="utf-8")] == []
 
 
-@pytest.mark.parametrize(
-    "page",
-    [
-        "```console\n$ false\n```\n",
-        "```console\n$ true   # exit code 1\n```\n",
-        "```console\n$ echo one\ntwo\n```\n",
-        "```python\nraise SystemExit(0)\n```\n",
-        "```python\nprint(1)\n```\n\n```text\n2\n```\n",
-        "```python\none = 1\n```\n\n```text\n1\n```\n",
-    ],
-)
-def test_a_page_that_is_wrong_fails(page: str, tmp_path: Path) -> None:
-    """Catches: a runner that passes over exit codes, output, or what Python raises."""
-    wrong = tmp_path / "page.md"
-    wrong.write_text(page)
-    with Session(tmp_path) as session, pytest.raises(AssertionError, match=r"page\.md, line [15]"):
-        session.follow(wrong)
-
-
-class _Fetched(HTMLParser):
-    """What a page makes a browser fetch."""
-
-    def __init__(self, page: Path) -> None:
-        super().__init__()
-        self.found: list[str] = []
-        self.feed(page.read_text(encoding="utf-8"))
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        result = dict(attrs)
-        if tag == "link" and result.get("rel") in ("canonical", "next", "prev"):
-            return
-        self.found += [value for name in (FETCHES.get(tag), "srcset", "poster") if name and (value := result.get(name))]
-        self.found += re.findall(r"url\(['\"]?([^)'\"]+)", result.get("style") or "")
-
-
 @pytest.mark.slow
-def test_the_site_is_built_strictly_and_asks_nothing_of_outside(site: Path) -> None:
-    """Catches: a dead link, a page nobody leads to, and a font, script or picture from another host."""
-    pages = sorted(site.rglob("*.html"))
-    written = {path.relative_to(DOCS).with_suffix(".html").as_posix() for path in PAGES}
-    assert {page.relative_to(site).as_posix() for page in pages} >= written | MADE
-    for page in pages:
-        fetched = _Fetched(page).found
-        assert fetched
-        assert [each for each in fetched if ELSEWHERE.match(each)] == [], page.name
-        if page.name != "404.html":
-            files = [each for each in fetched if not each.startswith("data:")]
-            assert [each for each in files if not (page.parent / each.split("?")[0]).exists()] == [], page.name
-    for sheet in site.rglob("*.css"):
-        asked = re.findall(r"(?:url\(|@import)\s*['\"]?([^)'\"]+)", sheet.read_text(encoding="utf-8"))
-        assert [each for each in asked if ELSEWHERE.match(each)] == [], sheet.name
+def test_the_site_is_built_strictly(tmp_path: Path) -> None:
+    """Catches: a dead link, and a page nobody leads to."""
+    command = [sys.executable, "-m", "mkdocs", "build", "--quiet", "--strict", "--site-dir", str(tmp_path)]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=200, check=False)
+    assert done.returncode == 0, done.stderr
+    written = {path.relative_to(DOCS).with_suffix(".html") for path in PAGES}
+    assert {page.relative_to(tmp_path) for page in tmp_path.rglob("*.html")} >= written

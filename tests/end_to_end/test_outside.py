@@ -20,6 +20,7 @@ def _found(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(str(BENCHMARKS))
 
 
+@pytest.mark.claim("The outside tracer shares no line with moireid")
 def test_it_imports_nothing_of_ours() -> None:
     """Catches: a tracer that borrows the law, the lens or the renderer that it is to test."""
     for path in (BENCHMARKS / "outside").glob("*.py"):
@@ -50,20 +51,6 @@ def test_a_lens_bends_as_an_independent_tracer_found() -> None:
     assert _phase_rad(0.01) * LINES / (2 * math.pi * 0.01) == pytest.approx(0.60, abs=0.005)
     # Slopes along the lenses make the path longer and the fringes slower: 1.8 % at 0.3.
     assert _phase_rad(0.05, 0.3) / _phase_rad(0.05) == pytest.approx(1 - 0.018, abs=0.004)
-
-
-def test_many_rays_at_once_land_where_each_does() -> None:
-    """Catches: a fast way that loses rays which pass over the top of a lens into the next."""
-    from outside.lens import through_cylinder, through_cylinders
-
-    rng = np.random.default_rng(5)
-    s, t, ds, dt = rng.uniform(-9, 9, 500), np.zeros(500), rng.uniform(-0.8, 0.8, 500), rng.uniform(-0.5, 0.5, 500)
-    # Half circles stand highest, so that most rays pass over to a neighbour.
-    figures = 0.1, 0.3387, 0.17018, 0.4572, 1.575
-    each = np.array([through_cylinder(*ray, *figures) for ray in zip(s, ds, dt, strict=True)])
-    share = np.empty(500)
-    through_cylinders(500, s, t, ds, dt, share, *figures)
-    assert np.stack([s, t, share], axis=1) == pytest.approx(each, abs=1e-9)
 
 
 def _striped_page():  # type: ignore[no-untyped-def]
@@ -97,6 +84,7 @@ def _tracer(tangent: float, forge: str | None = None, lamps=None, **changed):  #
     return Tracer(page, built(page), camera, course, Shoot(30, 30, seed=3, forge=forge, lamps=lamps))
 
 
+@pytest.mark.claim("The outside tracer's fringes lie where the law says")
 @pytest.mark.slow
 @pytest.mark.parametrize("tangent", [0.0, 0.08, 0.16])
 def test_fringes_of_a_frame_lie_where_the_law_says(tangent: float) -> None:
@@ -142,56 +130,6 @@ def test_fringes_of_a_bent_badge_lie_where_the_law_says(radius_mm: float) -> Non
     _check_law(light, radius_mm * theta - THICKNESS * slopes, slopes)
 
 
-BENT = (1 / 350, 0.6, 5e-4)
-
-
-def test_a_ray_meets_the_bent_badge_where_it_was_aimed() -> None:
-    """Aimed at a place above the page, it is found there again, with the slopes of a numerical tangent frame.
-
-    Catches: an axis across for along, a slope's sign, and a normal that is that of the flat badge.
-    """
-    from outside.bend import Bend, in_space, onto
-
-    bend, eye = Bend(*BENT).figures, np.array([210.0, -90.0, -800.0])
-    for x, y in ((60.0, 40.0), (-65.0, 30.0), (20.0, -70.0)):
-        there = lambda dx, dy: np.array(in_space(x + dx, y + dy, 0.0, bend)[1])  # noqa: B023, E731
-        ray = there(0, 0) - eye
-        along_x, along_y = (there(1e-3, 0) - there(-1e-3, 0)) / 2e-3, (there(0, 1e-3) - there(0, -1e-3)) / 2e-3
-        normal = np.cross(along_x, along_y)
-        parts = np.linalg.solve(np.column_stack([along_x, along_y, normal / np.linalg.norm(normal)]), ray)
-        ex, ey = ray[:2] / ray[2]
-        at = eye[:2] - eye[2] * np.array([ex, ey])
-        assert onto(*at, ex, ey, 0.0, bend) == pytest.approx((x, y, *parts[:2] / parts[2]), abs=1e-5)
-        crown = np.array(in_space(x, y, THICKNESS, bend)[1])
-        ex, ey = (crown - eye)[:2] / (crown - eye)[2]
-        at = eye[:2] - (eye[2] + THICKNESS) * np.array([ex, ey])
-        assert onto(*at, ex, ey, THICKNESS, bend)[:2] == pytest.approx((x, y), abs=0.002)
-
-
-def test_arcs_and_straight_lines_of_the_bent_badge_keep_their_length() -> None:
-    """A chord is 2 R sin(s / 2 R), a line along the axis stays straight, and a saddle rises by its twist times x y.
-
-    Catches: a page that is stretched as it is bent, and an axis that is turned.
-    """
-    from outside.bend import Bend, in_space
-
-    bend, axis = Bend(1 / 350, 0.6).figures, np.array([math.cos(0.6), math.sin(0.6)])
-    across = np.array([axis[1], -axis[0]])
-    ends = [np.array(in_space(*(s * across), 0.0, bend)[1]) for s in (-70, 70)]
-    assert np.linalg.norm(ends[1] - ends[0]) == pytest.approx(700 * math.sin(0.2), abs=1e-9)
-    assert in_space(*(70 * axis), 0.0, bend)[1] == pytest.approx((*(70 * axis), 0.0), abs=1e-9)
-    assert in_space(60.0, -40.0, 0.0, Bend(twist_per_mm=5e-4).figures)[1][2] == pytest.approx(-1.2)
-
-
-def test_from_the_axis_of_a_hollow_badge_each_lens_is_seen_straight_on() -> None:
-    """Catches: a curvature of the other sign, or half of it."""
-    from outside.bend import Bend, onto
-
-    bend = Bend(-1 / 1000).figures
-    for m in (-0.07, 0.02, 0.05):
-        assert onto(1000 * m, 0.0, m, 0.0, 0.0, bend)[::2] == pytest.approx((1000 * math.atan(m), 0.0), abs=1e-9)
-
-
 def test_an_ellipse_brings_parallel_light_to_one_point() -> None:
     """At radius g (n - 1) / n and conic constant -1 / n^2, all rays land in the middle (Descartes); a circle's do not.
 
@@ -204,89 +142,6 @@ def test_an_ellipse_brings_parallel_light_to_one_point() -> None:
     landed = [through_cylinder(s, 0.0, 0.0, 0.0, PITCH, RADIUS, THICKNESS, INDEX, 0.0, conic)[0] for s in entries]
     assert landed == pytest.approx([PITCH / 2] * 9, abs=1e-9)
     assert abs(through_cylinder(0.02, 0.0, 0.0, 0.0, PITCH, RADIUS, THICKNESS, INDEX)[0] - PITCH / 2) > 0.02
-
-
-def test_many_rays_through_ellipses_land_where_each_does() -> None:
-    """Catches: a fast way that takes the ellipse for a circle."""
-    from outside.lens import through_cylinder, through_cylinders
-
-    rng = np.random.default_rng(6)
-    s, t, ds, dt = rng.uniform(-9, 9, 200), np.zeros(200), rng.uniform(-0.5, 0.5, 200), rng.uniform(-0.5, 0.5, 200)
-    figures = 0.1, PITCH, RADIUS, THICKNESS, INDEX, 0.05, -0.41
-    each = np.array([through_cylinder(*ray, *figures) for ray in zip(s, ds, dt, strict=True)])
-    share = np.empty(200)
-    through_cylinders(200, s, t, ds, dt, share, *figures)
-    assert np.stack([s, t, share], axis=1) == pytest.approx(each, abs=1e-9)
-
-
-def test_air_waves_about_its_mean_and_a_sheet_never_sinks() -> None:
-    """Catches: waves of another size or length, and air below nothing."""
-    from outside.flaws import Flaws, flawed
-
-    air = flawed(_striped_page(), Flaws(air_mm=1.0, waves_mm=0.04), 3).air_mm
-    assert air.shape == (60, 120)
-    assert (air.mean(), air.std()) == pytest.approx((1.0, 0.04), rel=1e-3)
-    wave = flawed(replace(_striped_page(), size_mm=(900.0, 900.0)), Flaws(air_mm=1.0, waves_mm=0.04), 3).air_mm - 1
-    assert np.mean(wave[:, 25:] * wave[:, :-25]) / np.mean(wave**2) == pytest.approx(math.exp(-1), abs=0.1)
-    assert flawed(_striped_page(), Flaws(waves_mm=0.04), 3).air_mm.min() == 0
-
-
-def test_a_pitch_that_grows_parts_lines_and_lenses_by_a_parabola() -> None:
-    """The period of printed lines differs by the gradient from end to end, the other way round, as lenses stay.
-
-    Catches: a gradient of another size, or one that has a pitch error of its own.
-    """
-    from outside.flaws import Flaws, flawed
-
-    page = _striped_page()
-    even, grown = (p.fine[p.fine.shape[0] // 2] for p in (page, flawed(page, Flaws(gradient=0.02), 3)))
-    px, width = page.px_per_mm[0], 800
-
-    def shift_mm(middle_mm: float) -> float:
-        x = (np.arange(width) - width / 2) / px + middle_mm
-        window = np.hanning(width) * np.exp(-2j * math.pi * x / LINES)
-        start = round((60 + middle_mm) * px - width / 2)
-        parts = [np.sum(window * (row[start : start + width] - 100.0)) for row in (even, grown)]
-        return -float(np.angle(parts[1] / parts[0])) * LINES / (2 * math.pi)
-
-    # Lenses are off by gradient W ((x / W)^2 - 1/12) / 2, lines by the negative of it.
-    for x in (-38.0, 0.0, 38.0):
-        assert shift_mm(x) == pytest.approx(-0.02 * 100 * ((x / 100) ** 2 - 1 / 12) / 2, abs=0.004)
-
-
-def test_a_lamp_to_the_side_lights_by_square_and_cosine() -> None:
-    """Catches: a light that falls off by the first power, or not with the turn of the badge."""
-    from outside.bend import Bend
-    from outside.lamps import lambert
-
-    flat, lamp = np.zeros(0), np.array([300.0, 0.0, -400.0])
-    assert lambert(0.0, 0.0, flat, lamp) == pytest.approx(0.8 / 500**2)
-    assert lambert(-60.0, 50.0, flat, lamp) == pytest.approx(400 / (360**2 + 50**2 + 400**2) ** 1.5)
-    # On a cylinder whose axis is the lamp, light comes straight everywhere.
-    hollow = Bend(-1 / 500).figures
-    assert lambert(80.0, 0.0, hollow, np.array([0.0, 0.0, -500.0])) == pytest.approx(500.0**-2)
-
-
-def test_lenses_mirror_a_lamp_in_a_band_across_them() -> None:
-    """As bright for lenses side by side, and gone along them where the mirror's law fails; it moves with the view.
-
-    Catches: a flat mirror's spot, a band along the lenses, and one that stays where it is.
-    """
-    from outside.lamps import mirrored
-
-    def bright(x: float, y: float, eye_y: float) -> float:
-        lamp = np.array([300.0, -200.0, -1000.0])
-        slopes = x / 1000, (y - eye_y) / 1000
-        return float(mirrored(x, y, *slopes, 1.0, 0.0, np.zeros(0), lamp))
-
-    places = np.arange(-150.0, 151)
-    at = {eye: float(places[np.argmax([bright(0.0, y, eye) for y in places])]) for eye in (150.0, 250.0)}
-    # The mirror's law along the lenses: (y - eye) / |view| = -(y + 200) / |lamp's ray|.
-    view, shine = np.hypot(1000, at[150.0] - 150), np.linalg.norm([300, at[150.0] + 200, 1000])
-    assert (at[150.0] - 150) / view + (at[150.0] + 200) / shine == pytest.approx(0.0, abs=1.5e-3)
-    assert at[250.0] - at[150.0] == pytest.approx(50, abs=5)
-    assert bright(50.0, at[150.0], 150.0) == pytest.approx(bright(-50.0, at[150.0], 150.0), rel=0.1)
-    assert bright(0.0, at[150.0] + 100, 150.0) < 0.05 < 0.8 < bright(0.0, at[150.0], 150.0)
 
 
 @pytest.mark.slow

@@ -41,6 +41,7 @@ def keys_of(schema: dict[str, Any], path: str = "") -> set[str]:
     return found
 
 
+@pytest.mark.claim("No promised option is gone")
 def test_nothing_that_was_promised_is_gone() -> None:
     """Catches: an option that vanishes or is renamed without the notice that docs/reference/versions.md promises."""
     here = named()

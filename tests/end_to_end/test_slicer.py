@@ -16,7 +16,6 @@ from kit.programs import needs
 from moireid.badge import Badge
 from moireid.designer import Order, design_badge
 from moireid.fabrication.printed.mount import KINDS, MountReport, write_mount
-from moireid.fabrication.shopping.shopping_list import mount_times
 
 #: A mount takes seconds to build and seconds to slice.
 pytestmark = pytest.mark.slow
@@ -93,18 +92,3 @@ def test_a_faulty_mesh_is_told(slicer: str, badges: dict[str, Badge], tmp_path: 
     mesh.export(tmp_path / "holes.stl")
     output = sliced(slicer, "--info", str(tmp_path / "holes.stl"), home=tmp_path)
     assert "manifold = no" in output and [word for word in MENDED if word in output], output
-
-
-def test_the_table_of_printing_times_is_true(slicer: str, tmp_path: Path) -> None:
-    """Catches: a table of an older mount, of another layer, or in other units."""
-    badge = design_badge(Order("Bench", lens="75lpi-18mil", size_mm=(85.6, 54.0), range_m=(0.2, 0.4)), bytes(8))
-    report = made(badge, "lanyard", tmp_path)
-    settings = {"layer-height": "0.2", "nozzle-diameter": "0.4", "filament-diameter": "1.75", "perimeters": "3"}
-    settings |= {"fill-density": "15%", "skirts": "0", "bed-shape": "0x0,350x0,350x350,0x350"}
-    options = [word for name, value in settings.items() for word in (f"--{name}", value)]
-    gcode = tmp_path / "mount.gcode"
-    sliced(slicer, "--export-gcode", *options, "--output", str(gcode), str(report.stl), home=tmp_path)
-    time = re.search(r"estimated printing time \(normal mode\) = (.+)", gcode.read_text())
-    assert time is not None
-    hours, minutes = (int(found[1]) if (found := re.search(rf"(\d+){unit}", time[1])) else 0 for unit in "hm")
-    assert hours + minutes / 60 == pytest.approx(mount_times()["cr80", "lanyard"][0], abs=0.05)

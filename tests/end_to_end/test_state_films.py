@@ -36,6 +36,7 @@ def judged(*words: object, code: int) -> str:
     return done.stdout
 
 
+@pytest.mark.claim("A revoked, suspended or expired badge is rejected by every way in")
 @pytest.mark.slow
 def test_every_check_says_what_bars_the_badge(film, registry, ada, tmp_path, monkeypatch):
     """Catches: a way in by which such a badge passes; a reason that is not named; a suspension that stays."""

@@ -121,6 +121,7 @@ def solved_parallax(report: Report) -> np.ndarray:
 # Films made outside the project.
 
 
+@pytest.mark.claim("A true film by an outside tracer is accepted, and its poses are the true ones")
 @pytest.mark.parametrize(
     ("name", "gain_limit", "parallax_limit"),
     # Measured: 0.0023 and 0.0064, which at the law's slope of 7.6 rad is 0.018 and 0.05 rad.
@@ -148,6 +149,7 @@ def test_genuine_films_are_accepted_and_their_poses_true(films, prototype, name,
     hold_contract(strict(json.dumps(report.to_json(), allow_nan=False)))
 
 
+@pytest.mark.claim("Fringes that drift or run backwards are rejected, and the reason names them")
 @pytest.mark.parametrize(
     ("name", "must_fail", "rival", "gain"),
     [
@@ -173,6 +175,7 @@ def test_forged_films_are_rejected_for_the_right_reason(films, name, must_fail, 
         assert document["invariant"]["correlation"] > 0.99
 
 
+@pytest.mark.claim("Fringes half as far are inconclusive: a sheet or a lens does the same")
 def test_a_film_of_half_the_gain_is_a_question_about_its_sheet(films):
     """Catches: correlation alone (0.9997), which accepts; a thin sheet, or air seen from aside, taken for a forgery."""
     outcome = run("verify", films / "forged_gain_low_1.0m.mp4", "--badge", films / "badge.json", "--json")
@@ -225,6 +228,7 @@ def write_film(path: Path, pictures: list[np.ndarray]) -> Path:
     return path
 
 
+@pytest.mark.claim("A film without a badge is inconclusive")
 def test_a_film_of_noise_is_inconclusive(films, tmp_path, rng):
     """Catches: a rejection, a crash or a verdict where there is no badge; a report that needs one."""
     # Grains of 4 px: single-pixel noise of this size keeps OpenCV busy for half a second a frame.
@@ -250,6 +254,7 @@ def shoot(badge: Badge, path: Path, *, motion="handheld", camera=SMALL, frames=9
     return path
 
 
+@pytest.mark.claim("A film without motion is inconclusive")
 @pytest.mark.slow
 def test_a_film_in_which_nothing_moves_is_inconclusive(ada, tmp_path):
     """Catches: noise that passes for motion; a genuine badge rejected because nobody moved it."""
@@ -259,17 +264,6 @@ def test_a_film_in_which_nothing_moves_is_inconclusive(ada, tmp_path):
     assert levels["motion"] == "undecided" and "fail" not in levels.values()
     # Cells of a fraction of a fringe want motion to be read; what is read must be right.
     assert report.identity.verdict in ("match", "unreadable") and report.invariant.excitation_rad < 0.1
-
-
-@pytest.mark.slow
-def test_a_film_shorter_than_two_windows_is_inconclusive(ada, tmp_path):
-    """Catches: statistics on a handful of frames."""
-    path = shoot(ada, tmp_path / "a.mp4", motion="static", frames=59)
-    (tmp_path / "ada.json").write_text(ada.to_json(), encoding="utf-8")
-    outcome = run("verify", path, "--badge", tmp_path / "ada.json", "--json")
-    document = strict(outcome.stdout)
-    assert outcome.exit_code == 3 and document["frames"] == {"read": 59, "tracked": 59, "unsearched": 0, "damaged": 0}
-    assert document["identity"]["verdict"] == "unreadable" and document["identity"]["claimed_id"] == ada.id
 
 
 # A badge of the project's own.
@@ -304,6 +298,7 @@ def registry_of(path: Path, *badges: Badge) -> str:
     return url
 
 
+@pytest.mark.claim("A true film of the claimed person's badge is accepted")
 def test_the_claimed_badge_is_accepted(ada, grace, ada_film, tmp_path):
     """Catches: the wrong record looked up; beats of the page's own scale (0.33 % off here: two steps)."""
     url = registry_of(tmp_path / "r.sqlite3", ada, grace)
@@ -323,6 +318,7 @@ def test_the_claimed_badge_is_accepted(ada, grace, ada_film, tmp_path):
     assert strict(outcome.stdout)["invariant"]["gain_ratio"] == pytest.approx(1.0, abs=0.015)
 
 
+@pytest.mark.claim("Another person's badge is rejected")
 @pytest.mark.slow
 def test_another_person_s_claim_is_rejected(ada, grace, ada_film):
     """Catches: motion alone; a decoder that finds what is claimed."""
@@ -332,6 +328,7 @@ def test_another_person_s_claim_is_rejected(ada, grace, ada_film):
     assert [reason.code for reason in report.reasons if reason.level == "fail"] == ["identity"]
 
 
+@pytest.mark.claim("A badge.json with another name is never accepted as the person")
 @pytest.mark.slow
 def test_a_file_makes_nobody_an_accepted_person(ada, ada_film, tmp_path):
     """Catches: a name edited into a file shown as the person's whose badge was seen, in any form of the report."""
@@ -351,16 +348,7 @@ def test_a_file_makes_nobody_an_accepted_person(ada, ada_film, tmp_path):
     assert fails(known) == {"name"}
 
 
-@pytest.mark.slow
-def test_a_badge_printed_from_the_name_is_not_the_issued_one(ada_film, tmp_path):
-    """Catches: an identity that anyone who knows the name can make: here the film of a badge that was made from it."""
-    printed = run("print", "Ada Lovelace", "--out", tmp_path / "out", "--mount", "none", "--json")
-    assert printed.exit_code == 0
-    outcome = run("verify", ada_film, "--badge", tmp_path / "out" / "badge.json", "--json")
-    document = strict(outcome.stdout)
-    assert outcome.exit_code != 0 and document["identity"]["verdict"] != "match"
-
-
+@pytest.mark.claim("A copy of a badge that was enrolled with a film is rejected")
 @pytest.mark.slow
 def test_a_copy_is_rejected_unasked_where_the_badge_is_known_as_built(ada, ada_film):
     """Catches: a copy that passes unless somebody thinks of asking, and an original that is left open."""
@@ -376,6 +364,7 @@ def test_a_copy_is_rejected_unasked_where_the_badge_is_known_as_built(ada, ada_f
     assert verify(ada_film, Question(ada, ada.id, level="enrolled")).verdict == "inconclusive"
 
 
+@pytest.mark.claim("False captures do not turn an enrolment against its holder")
 @pytest.mark.slow
 def test_an_enrolment_that_was_turned_against_its_holder_leaves_the_true_badge_accepted(ada, ada_film, tmp_path):
     """Catches: a holder who disowns true films by a drawn capture; a copy that agrees with a set of figures by parts; a
@@ -411,6 +400,7 @@ def test_an_enrolment_that_was_turned_against_its_holder_leaves_the_true_badge_a
     assert copy.verdict == "reject" and copy.identity.built != "agrees"
 
 
+@pytest.mark.claim("identify finds who is enrolled")
 @pytest.mark.slow
 def test_identify_finds_who_is_enrolled(ada, grace, ada_film, tmp_path):
     """Catches: the first record of the layout taken for the answer; a name that is not that of the id."""
@@ -422,6 +412,7 @@ def test_identify_finds_who_is_enrolled(ada, grace, ada_film, tmp_path):
     hold_contract(document)
 
 
+@pytest.mark.claim("identify names no one who is not enrolled")
 @pytest.mark.slow
 def test_identify_finds_nobody_who_is_not_enrolled(grace, ada_film, tmp_path):
     """Catches: the nearest enrolled id named in place of the one that was read."""
@@ -458,19 +449,10 @@ def test_a_badge_that_faces_away_follows_the_law(ada, tmp_path, monkeypatch):
     assert np.isinf(less.gratings[0].phase_sd_rad[solved_parallax(report)[:, 0] > 1.5]).all()
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(("kind", "must_fail"), [("frozen", "gain"), ("randomwalk", "residual"), ("late", "residual")])
-def test_forged_films_of_a_true_badge_are_rejected(ada, tmp_path, kind, must_fail):
-    """Catches: a right payload that lets a wrong motion pass."""
-    report = verify(shoot(ada, tmp_path / "a.mp4", forge=kind), Question(ada, ada.id))
-    assert report.verdict == report.invariant.verdict == "reject"
-    assert report.identity.verdict == "match"
-    assert must_fail in [reason.code for reason in report.reasons if reason.level == "fail"]
-
-
 # Wrong input: exit code 2, one sentence, nothing on stdout.
 
 
+@pytest.mark.claim("Wrong input ends with exit code 2 and one sentence")
 def test_wrong_input_is_one_sentence(films, tmp_path):
     """Catches: tracebacks; JSON of an error on stdout; exit code 1, which would be a rejection."""
     badge, text, empty = films / "badge.json", tmp_path / "a.mp4", tmp_path / "b.mp4"
@@ -498,12 +480,3 @@ def test_wrong_input_is_one_sentence(films, tmp_path):
         assert "Traceback" not in outcome.stderr and outcome.stderr.strip(), name
     assert (tmp_path / "report" / "report.html").read_text() == "mine"
     assert "cannot check --cover" in run(*cases["baseline"]).stderr
-
-
-def test_a_film_that_breaks_off_is_refused(films, tmp_path):
-    """Catches: half a film judged as a whole one."""
-    whole = (films / "genuine_2.0m.mp4").read_bytes()
-    path = tmp_path / "a.mp4"
-    path.write_bytes(whole[: len(whole) // 2])
-    outcome = run("verify", path, "--badge", films / "badge.json", "--json")
-    assert outcome.exit_code == 2 and outcome.stdout == ""

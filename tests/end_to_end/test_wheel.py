@@ -55,16 +55,6 @@ def test_the_source_archive_gives_the_same_wheel(built: list[Path], tmp_path: Pa
     assert digests(build(source, tmp_path / "dist"))[built[1].name] == digests(built)[built[1].name]
 
 
-@pytest.mark.slow
-def test_the_time_in_the_files_can_be_chosen(tmp_path: Path) -> None:
-    """Catches: SOURCE_DATE_EPOCH that is not used, so that distributions cannot set their own."""
-    wheel = build(
-        copy_of_project(tmp_path / "s", 0o644), tmp_path / "d", environment={"SOURCE_DATE_EPOCH": "1700000000"}
-    )
-    with zipfile.ZipFile(wheel[1]) as archive:
-        assert {one.date_time for one in archive.infolist()} == {(2023, 11, 14, 22, 13, 20)}
-
-
 def test_the_wheel_holds_the_package_and_nothing_else(built: list[Path]) -> None:
     """Catches: a schema or template that is missing; caches, tests and files of the developer's folder that slip in."""
     package = {name.removeprefix("src/") for name in tracked_files() if name.startswith("src/moireid/")}
@@ -78,9 +68,3 @@ def test_the_wheel_holds_the_package_and_nothing_else(built: list[Path]) -> None
         assert parts.endswith(f".dist-info/sboms/{PARTS}")
         assert wheel.read(parts) == (ROOT / "locks" / PARTS).read_bytes()
         assert {f"moireid-{__version__}.dist-info/licenses/{name}" for name in ("LICENSE", "THIRD_PARTY.md")} <= names
-
-
-@pytest.mark.parametrize("folder", ["studio", "lab"])
-def test_each_distribution_has_the_same_licence(folder: str) -> None:
-    """Catches: a licence that was changed in one place."""
-    assert (ROOT / folder / "LICENSE").read_bytes() == (ROOT / "LICENSE").read_bytes()

@@ -18,9 +18,8 @@ from kit.payloads import payload_for_name
 from moireid.badge import load_badge
 from moireid.cli.main import moireid
 from moireid.designer import Order, design_badge
-from moireid.errors import FabricationError, SpecError
-from moireid.fabrication import event
-from moireid.fabrication.event import GUTTER_MM, places_mm, write_sheets_pdf
+from moireid.errors import FabricationError
+from moireid.fabrication.event import places_mm, write_sheets_pdf
 from moireid.registry import open_registry
 
 SMALL = Order("Somebody", lens="50lpi", size_mm=(90.0, 110.0), range_m=(0.5, 0.9))
@@ -34,17 +33,6 @@ def listed(path: Path, text: str) -> Path:
 
 def run(people: Path, out: Path, *more: str) -> Result:
     return CliRunner().invoke(moireid, ["print", "--people", str(people), "--out", str(out), *OPTIONS, *more])
-
-
-def test_boards_lie_apart_and_on_the_paper():
-    """Catches: crop marks of one board on the next, boards over the rim, one board where four fit."""
-    small, default = design_badge(SMALL, bytes(8)), design_badge(Order("A", lens="50lpi"), bytes(8))
-    places = places_mm(small)
-    assert len(places) == 4 and len(places_mm(default)) == 1
-    for x, y in places:
-        assert x >= 12 and x + 90 <= 203 and y >= 7 and y + 110 <= 282
-    assert places[1][0] - places[0][0] == pytest.approx(90 + GUTTER_MM) and places[1][1] == places[0][1]
-    assert places[2][1] - places[0][1] == pytest.approx(110 + GUTTER_MM) and places[2][0] == places[0][0]
 
 
 #: Boards that fill their paper, and how many of them are on it.
@@ -148,46 +136,3 @@ def test_the_command_makes_folders_summary_and_records(tmp_path, monkeypatch):
             }
     again = run(people, tmp_path / "event", "--registry", url)
     assert again.exit_code == 2 and "--overwrite" in again.stderr
-
-
-def test_two_people_of_one_name_get_two_badges(tmp_path):
-    """Catches: one badge for both, and a row that was typed twice without a word."""
-    people = listed(tmp_path / "people.csv", "name\nAda\nAda\n")
-    outcome = run(people, tmp_path / "event", "--json")
-    document = json.loads(outcome.stdout)
-    assert len({one["id"] for one in document["people"]}) == 2
-    assert "rows 2 and 3 bear the name 'Ada'" in outcome.stderr and "rows 2 and 3" in document["notes"][-1]
-
-
-def test_the_mask_of_an_event_is_no_single_badges(tmp_path):
-    """Catches: one person's id on the film that all get, and an organiser who prints one film for many."""
-    people = listed(tmp_path / "people.csv", "name\nAda\nGrace\nEve\n")
-    outcome = run(people, tmp_path / "event", "--front", "mask")
-    assert outcome.exit_code == 0 and "print it 3 times" in outcome.output
-    words = pdfium.PdfDocument(tmp_path / "event" / "badges.pdf")[1].get_textpage().get_text_bounded()
-    assert "Mask of 3 badges: print 3 times" in words and "page 1" not in words
-    alone = pdfium.PdfDocument(tmp_path / "event" / "001-ada" / "badge.pdf")[1].get_textpage().get_text_bounded()
-    assert "Mask of moiré badge" in alone and "page 1" in alone
-
-
-@pytest.mark.slow
-def test_several_processes_make_the_same_files_and_fail_as_one(tmp_path, monkeypatch):
-    """Catches: badges given to each other's folders, files that depend on who made them, an error that is lost."""
-    monkeypatch.setattr(event, "LEAST_SHARED", 2)
-    badges = [design_badge(replace(SMALL, name=f"Person {k}"), bytes([k] * 8)) for k in range(5)]
-    made = [event.print_event(badges, tmp_path / str(count), processes=count) for count in (1, 2)]
-    one, two = ({path.relative_to(root) for path in root.rglob("*")} for root in (tmp_path / "1", tmp_path / "2"))
-    assert one == two and len(made[1].folders) == 5
-    for name in one:
-        if (tmp_path / "1" / name).is_file():
-            assert (tmp_path / "1" / name).read_bytes() == (tmp_path / "2" / name).read_bytes(), name
-    # One name for all is refused before any work; a folder within a folder that is absent fails in its own process.
-    monkeypatch.setattr(event, "folder_name", lambda number, badge, digits: "same")
-    with pytest.raises(SpecError, match=r"two outputs are given as .*same"):
-        event.print_event(badges, tmp_path / "3", processes=2)
-    monkeypatch.setattr(
-        event, "folder_name", lambda number, badge, digits: f"{number}/own" if number == 3 else str(number)
-    )
-    with pytest.raises(OSError, match="No such file"):
-        event.print_event(badges, tmp_path / "3", processes=2)
-    assert not (tmp_path / "3").exists()

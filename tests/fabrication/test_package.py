@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import errno
 import json
 import os
@@ -17,12 +16,9 @@ import pypdfium2 as pdfium
 import pytest
 from click.testing import CliRunner, Result
 
-from moireid.badge import load_badge
 from moireid.cli.main import moireid
-from moireid.errors import SpecError
 from moireid.fabrication import package
 from moireid.fabrication.mount_parts import ACRYLIC_FILES, PRINTED_FILES
-from moireid.fabrication.process_figures import MountFigures, MountProcess
 
 SHEETS = {"badge.json", "badge.pdf", "preview.png", "preview.webp", "assembly.pdf"}
 
@@ -69,25 +65,6 @@ def test_what_cannot_be_made_is_left_out_and_reported(tmp_path: Path) -> None:
     assert not (tmp_path / "new").exists()
 
 
-@pytest.mark.slow
-def test_the_acrylic_stack_alone(tmp_path: Path) -> None:
-    """Catches: a stack refused for the printed mount's sake, or an assembly sheet that sends for a printed mount."""
-    badge = load_badge(json_badge(tmp_path))
-    figures = MountFigures(printed=MountProcess(slot_mm=(16.0, 2.0)))
-    printed = package.print_badge(badge, tmp_path / "out", mount="clip", figures=figures)
-    assert names(tmp_path / "out") == SHEETS | set(ACRYLIC_FILES) | {"mount.glb"}
-    assert list(printed.left_out) == ["printed"] and printed.mount_mass_g is None
-    assert printed.mount_figures["frame_mm"] == 2.0 and "press_mm" not in printed.mount_figures
-    words = words_of(tmp_path / "out" / "assembly.pdf")
-    assert "The mount, in acrylic" in words and "mount.stl" not in words and "acrylic cover" in words
-
-
-def json_badge(folder: Path) -> Path:
-    outcome = run("Ada", "--out", folder / "plain", "--mount", "none")
-    assert outcome.exit_code == 0, outcome.output
-    return folder / "plain" / "badge.json"
-
-
 def test_files_of_the_badge_before_do_not_stay(tmp_path: Path) -> None:
     """Catches: an old mount next to a new badge that it does not fit, and a stranger's file taken for an old one."""
     for name in (*PRINTED_FILES, *ACRYLIC_FILES, "mount.glb", "badge.json", "holiday.jpg", "mount.obj"):
@@ -100,32 +77,7 @@ def test_files_of_the_badge_before_do_not_stay(tmp_path: Path) -> None:
     assert all(f"{name} was removed" in outcome.stderr for name in removed)
 
 
-def test_a_file_of_a_mounts_name_in_a_strangers_folder_stays(tmp_path: Path) -> None:
-    """Catches: somebody's mount.stl deleted by --overwrite, though the folder never had a badge or event."""
-    (tmp_path / "mount.stl").write_text("mine")
-    people = tmp_path / "people.csv"
-    people.write_text("name\nAda\n")
-    for wish in (["Ada", "--mount", "none"], ["--people", people]):
-        (tmp_path / "badge.json").unlink(missing_ok=True)
-        outcome = run(*wish, "--out", tmp_path, "--overwrite", "--json")
-        assert outcome.exit_code == 0 and json.loads(outcome.stdout)["removed"] == []
-        assert (tmp_path / "mount.stl").read_text() == "mine"
-
-
-@pytest.mark.slow
-def test_what_another_process_wrote_meanwhile_is_not_replaced(tmp_path: Path) -> None:
-    """Catches: of two badges made into one folder at once, the first one's files gone without --overwrite."""
-    badge = load_badge(json_badge(tmp_path))
-    out = tmp_path / "out"
-
-    def other(name: str) -> None:
-        (out / "badge.json").write_text("another's")
-
-    with pytest.raises(SpecError, match="exists already"):
-        package.print_badge(badge, out, mount="none", progress=other)
-    assert names(out) == {"badge.json"} and (out / "badge.json").read_text() == "another's"
-
-
+@pytest.mark.claim("Files are whole or absent: a failure changes nothing")
 def test_a_failure_changes_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Catches: old files removed before the new ones are in place; an empty folder that is left; half of the files."""
     for name in ("mount.stl", "badge.json", "badge.pdf"):
@@ -187,34 +139,3 @@ def test_a_disk_that_fills_up_is_reported_in_one_sentence(kilobytes: int, tmp_pa
     assert len(errors) == 1 and "Traceback" not in done.stderr
     assert any(words in errors[0] for words in ("File too large", "check the disk", "nothing was kept")), errors
     assert not list(tmp_path.iterdir())
-
-
-# Events.
-
-
-@pytest.mark.slow
-def test_an_event_has_one_mount_for_all(tmp_path: Path) -> None:
-    """Catches: a mount for each of a hundred people, one that was not asked for, an assembly sheet that knows none."""
-    people = tmp_path / "people.csv"
-    people.write_text("name\nAda\nGrace\n")
-    small = ["--people", people, "--size", "90x110", "--range", "0.5-0.9", "--json"]
-    plain = run(*small, "--out", tmp_path / "plain")
-    assert plain.exit_code == 0, plain.output
-    folders = {"001-ada", "002-grace"}
-    assert names(tmp_path / "plain") == folders | {"badges.pdf", "summary.csv"}
-    out = tmp_path / "event"
-    outcome = run(*small, "--out", out, "--mount", "lanyard")
-    assert outcome.exit_code == 0, outcome.output
-    parts = {*PRINTED_FILES, *ACRYLIC_FILES, "mount.glb"}
-    assert names(out) == folders | {"badges.pdf", "summary.csv"} | parts
-    assert all(names(out / name) == SHEETS for name in folders)
-    document = json.loads(outcome.stdout)
-    assert parts < set(document["files"]) and document["mount_mass_g"] > 5 and document["left_out"] == {}
-    rows = list(csv.DictReader((out / "summary.csv").open(encoding="utf-8")))
-    assert [row["mount"] for row in rows] == ["lanyard or acrylic"] * 2
-    assert "mount.stl" in words_of(out / "002-grace" / "assembly.pdf")
-    again = run(*small, "--out", out, "--overwrite")
-    assert again.exit_code == 0 and names(out) == folders | {"badges.pdf", "summary.csv"}
-    assert {Path(path).name for path in json.loads(again.stdout)["removed"]} == parts
-    refused = run(*small, "--out", tmp_path / "no", "--mount", "clip", "--mount-figure", "printed.seat_mm=1")
-    assert refused.exit_code == 2 and "seat_mm" in refused.stderr and not (tmp_path / "no").exists()

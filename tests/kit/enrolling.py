@@ -11,7 +11,7 @@ from typing import Any
 
 from moireid.badge import Badge, badge_from_json
 from moireid.errors import RegistryError
-from moireid.registry import batch, open_registry
+from moireid.registry import open_registry
 
 
 def prepared() -> ForkServerContext:
@@ -41,11 +41,3 @@ def enroll_many(url: str, keys: str, badges: Iterable[str], ready: Any, results:
             except RegistryError as error:
                 outcomes.append(f"RegistryError: {error}")
     results.put(outcomes)
-
-
-def enroll_batch(url: str, keys: str, badges: Iterable[str], enrolled: Any) -> None:
-    """A batch in small transactions, telling after each how far it is, until somebody kills it."""
-    os.environ["MOIREID_KEYS"] = keys
-    batch.CHUNK = 5
-    with open_registry(url, create=True) as registry:
-        registry.enroll_many(map(badge_from_json, badges), lambda done, total: enrolled.put(done))

@@ -112,6 +112,7 @@ def judge_as(monkeypatch: pytest.MonkeyPatch, reader: TakenOver) -> Callable[...
     return lambda *words: CliRunner().invoke(moireid, [*map(str, words)])
 
 
+@pytest.mark.claim("A report from a taken-over process is checked before it counts")
 def test_a_malformed_report_ends_in_a_sentence(
     film: Path, honest: dict[str, Any], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:

@@ -95,13 +95,6 @@ def test_batch_can_be_run_again(registry, small_chunks):
     assert registry.enroll_many([]) == Batch(0, 0, 0)
 
 
-def test_same_badge_twice_in_one_batch(registry):
-    """Catches: a unique id broken within one transaction."""
-    ada = badge_of("Ada")
-    assert registry.enroll_many([ada, badge_of("Bo"), ada]) == Batch(2, 1, 0)
-    assert registry.audit().sound
-
-
 @pytest.mark.parametrize("kind", ["conflict within", "conflict before", "bad badge", "iterator"])
 @pytest.mark.parametrize("at", [0, 3, 4, 6])
 def test_batch_stops_at_the_first_that_cannot_be_issued(registry, small_chunks, kind, at):
@@ -148,20 +141,3 @@ def test_failed_chunk_leaves_the_chunks_before_it(url, registry, small_chunks):
     event.remove(registry._ledger.engine, "before_cursor_execute", fail_at_third)
     assert registry.count() == 8 and len(state_of(url)["log"]) == 9 and registry.audit().sound
     assert registry.enroll_many(people(12)) == Batch(4, 8, 0)
-
-
-def test_layouts_are_found_without_walking_over_the_records(path):
-    """Catches: GROUP BY over a table of a million for a handful of layouts."""
-    with open_registry(f"sqlite:///{path}", create=True) as registry:
-        registry.enroll_many([*people(20), badge_of("Bo", b"abc", lens="60lpi")])
-        plans = []
-
-        def explain(connection, cursor, statement, parameters, *rest):
-            if statement.startswith("WITH"):
-                cursor.execute("EXPLAIN QUERY PLAN " + statement, parameters)
-                plans.extend(row[3] for row in cursor.fetchall())
-
-        event.listen(registry._ledger.engine, "before_cursor_execute", explain)
-        assert len(registry.layouts()) == 2
-    scans = [step for step in plans if step.startswith("SCAN") and step not in ("SCAN keys", "SCAN CONSTANT ROW")]
-    assert plans and scans == []

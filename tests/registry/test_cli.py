@@ -55,28 +55,6 @@ def test_the_whole_way(url, badge_file, tmp_path, keys):
     assert error.stderr.startswith("error: ") and error.stderr.count("\n") == 1 and "revoked already" in error.stderr
 
 
-def test_export_and_import(url, badge_file, tmp_path, keys):
-    """Catches: an export overwritten; an import that makes a key."""
-    to, copy = ("--registry", url), ("--registry", f"sqlite:///{tmp_path / 'copy.sqlite3'}")
-    run("enroll", badge_file, *to)
-    out = tmp_path / "people.json"
-    assert run_json("registry", "export", out, *to)["badges"] == 1
-    assert "--overwrite" in run("registry", "export", out, *to, code=2).stderr
-    assert "1 badges" in run("registry", "export", out, *to, "--overwrite").stdout
-    done = run_json("registry", "import", out, *copy)
-    assert (done["added"], done["changed"], done["unchanged"]) == (1, 0, 0)
-    assert "0 badges are new, 0 changed, 1 as before" in run("registry", "import", out, *copy).stdout
-    assert len(list(keys.iterdir())) == 1
-    next(keys.iterdir()).unlink()
-    assert "can only be read" in run("registry", "import", out, *copy).stdout
-    assert "so it can only be read" in run("registry", "init", *copy).stdout
-    assert run_json("registry", "init", *copy)["key"] is None
-    assert run_json("registry", "audit", *copy)["head"] == run_json("registry", "audit", *to)["head"]
-    out.write_text(out.read_text()[:-100])
-    assert "nothing was imported" in run("registry", "import", out, *copy, code=2).stderr
-    assert "cannot be read" in run("registry", "import", tmp_path / "none.json", *copy, code=2).stderr
-
-
 def test_audit_that_finds_something(url, badge_file):
     """Catches: exit code 0 for a registry that does not hold; a page of findings on the terminal."""
     to = ("--registry", url)
@@ -90,20 +68,6 @@ def test_audit_that_finds_something(url, badge_file):
     text = run("registry", "audit", *to, code=1).stdout
     assert "NOT SOUND" in text and text.count("✗") == 20 and "and 11 more" in text
     assert "tampered with" in run("registry", "show", "Ada", *to, code=2).stderr
-
-
-def test_registry_that_is_absent(tmp_path):
-    """Catches: a registry made by looking at it."""
-    to = ("--registry", f"sqlite:///{tmp_path / 'none.sqlite3'}")
-    for command in (
-        ("list",),
-        ("show", "Ada"),
-        ("audit",),
-        ("revoke", "Ada", "--reason", "x"),
-        ("export", tmp_path / "x"),
-    ):
-        assert "registry init" in run("registry", *command, *to, code=2).stderr
-    assert list(tmp_path.glob("*")) == []
 
 
 def test_no_command_writes_over_its_own_registry(path, tmp_path):

@@ -88,6 +88,7 @@ HIDDEN = [
 ]
 
 
+@pytest.mark.claim("A revocation cannot be taken from the log")
 @pytest.mark.parametrize("replaced", [False, True], ids=["nodes as they were", "nodes that fit"])
 @pytest.mark.parametrize("hide", HIDDEN)
 def test_a_revocation_cannot_be_hidden_without_the_key(

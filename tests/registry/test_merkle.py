@@ -95,10 +95,3 @@ def test_every_proof_of_small_trees_holds_and_no_other_does():
         assert not consistent(first, roots[first], second, other, proof)
     assert not consistent(0, roots[0], 5, roots[5], [])
     assert not consistent(5, roots[5], 3, roots[3], consistency_proof(reading(leaves[:5]), 5, 3))
-
-
-@pytest.mark.parametrize(("call", "number"), [(inclusion_proof, 8), (inclusion_proof, -1), (consistency_proof, 9)])
-def test_what_is_not_in_the_tree_has_no_proof(call, number):
-    """Catches: a negative place that counts from the end."""
-    with pytest.raises(IndexError):
-        call(reading(LEAVES), 8, number)

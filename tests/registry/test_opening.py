@@ -8,7 +8,6 @@ import sqlite3
 import stat
 import sys
 import threading
-from pathlib import Path
 from traceback import format_exception
 
 import pytest
@@ -18,7 +17,6 @@ from kit.registries import badge_of, tamper, url_of
 from moireid.cli.main import moireid
 from moireid.errors import MissingExtraError, RegistryError
 from moireid.registry import default_url, open_registry
-from moireid.registry.engine import read_url, sqlite_file
 
 
 def test_default_url_is_in_the_users_data_folder(tmp_path, monkeypatch):
@@ -31,33 +29,6 @@ def test_default_url_is_in_the_users_data_folder(tmp_path, monkeypatch):
     assert not home.exists()
     open_registry(None, create=True).close()
     assert (home / "moireid" / "registry.sqlite3").is_file()
-
-
-def test_absent_file_is_not_made(path):
-    """Catches: SQLite's habit of making what it opens."""
-    with pytest.raises(RegistryError, match=r"enroll someone first, or run `moireid registry init`"):
-        open_registry(url_of(path), create=False)
-    assert list(path.parent.iterdir()) == []
-
-
-def test_relative_path_is_that_of_the_opening(path, monkeypatch):
-    """Catches: a registry that follows the working folder about."""
-    monkeypatch.chdir(path.parent)
-    registry = open_registry("sqlite:///people.sqlite3", create=True)
-    elsewhere = path.parent / "elsewhere"
-    elsewhere.mkdir()
-    monkeypatch.chdir(elsewhere)
-    registry.close()
-    registry.enroll(badge_of("Ada"))
-    registry.close()
-    assert list(elsewhere.iterdir()) == []
-
-
-def test_registry_stays_one_file(path):
-    """Catches: a write-ahead log, without which a copy of the file would lack the last enrolments."""
-    with open_registry(url_of(path), create=True) as registry:
-        registry.enroll(badge_of("Ada"))
-    assert [entry.name for entry in path.parent.iterdir()] == [path.name]
 
 
 @pytest.mark.parametrize(
@@ -113,28 +84,6 @@ def test_a_password_that_is_not_encoded_is_refused_before_anything_is_looked_up(
             assert "percent-encode the password" in said and not re.search("s3|cret|w#rd|/db", said), said
 
 
-@pytest.mark.parametrize(
-    ("text", "driver", "password", "host"),
-    [
-        ("postgres://u:p%40%2F%25x@h:5432/db", "postgresql", "p@/%x", "h"),
-        ("postgres+psycopg://u:a:b@[::1]/db?sslmode=require", "postgresql+psycopg", "a:b", "::1"),
-        ("postgresql+psycopg://moireid@/postgres?host=/tmp/s", "postgresql+psycopg", None, None),
-    ],
-)
-def test_ordinary_urls_are_read(text, driver, password, host):
-    """Catches: a refusal of colons, sockets or escapes; `postgres://`, as hosts of databases write it, not known."""
-    url = read_url(text)
-    assert (url.drivername, url.password, url.host) == (driver, password, host)
-    assert sqlite_file(read_url("sqlite:////people/a@b/c%d?x.sqlite3")) == Path("/people/a@b/c%d")
-
-
-def test_driver_that_is_not_installed(monkeypatch):
-    """Catches: a traceback of ModuleNotFoundError."""
-    monkeypatch.setitem(sys.modules, "psycopg", None)
-    with pytest.raises(MissingExtraError, match=r"PostgreSQL needs psycopg, .*install it with: .*\[postgres\]"):
-        open_registry("postgresql+psycopg://localhost/people", create=False)
-
-
 @pytest.mark.parametrize("url", ["postgresql+psycopg://ada:s3cret@h/p?sslpassword=s3cret", "pg://ada:s3cret@h:port/p"])
 def test_password_is_not_shown(url, monkeypatch):
     """Catches: a password in an error message, from where it reaches logs."""
@@ -152,20 +101,6 @@ def test_text_file_is_no_registry_and_stays_as_it_is(path, create):
         open_registry(url_of(path), create=create)
     assert caught.value.__cause__ is not None
     assert path.read_text(encoding="utf-8") == "Ada, Bo, Cy\n"
-
-
-@pytest.mark.parametrize("create", [False, True])
-def test_folder_is_no_registry(tmp_path, create):
-    """Catches: an OperationalError where the path is a folder."""
-    with pytest.raises(RegistryError, match="unable to open"):
-        open_registry(url_of(tmp_path), create=create)
-
-
-def test_folder_that_cannot_be_made(path):
-    """Catches: an OSError where the parent is a file."""
-    path.write_text("in the way", encoding="utf-8")
-    with pytest.raises(RegistryError, match="cannot be made"):
-        open_registry(url_of(path / "people.sqlite3"), create=True)
 
 
 @pytest.mark.parametrize("create", [False, True])

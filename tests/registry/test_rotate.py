@@ -114,6 +114,7 @@ def refused(url: str, trust: str | None = None) -> str | None:
         return code_of(registry, trust)
 
 
+@pytest.mark.claim("A key that was given up counts no more for who saw the change")
 def test_a_key_that_was_given_up_counts_no_more(path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Catches: a stolen old key by which the log goes on, or goes to the thief, for those who saw the true change; a
     true registry that is refused once the thief was here; a thief that came first and stays for ever.

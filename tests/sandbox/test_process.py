@@ -99,11 +99,6 @@ def test_how_it_ended_is_reported(begin: Begin, asked: tuple[Any, ...], kind: st
     assert found == kind and words in said and ours == (kind in ("MediaError", "done"))
 
 
-def test_an_answer_that_is_too_large_is_not_taken(begin: Begin) -> None:
-    """Catches: a process that fills its starter's memory."""
-    assert end_of(begin(), "raw", b" " * (1 << 17))[0] == "crash"
-
-
 def test_what_it_says_is_never_unpickled(begin: Begin, tmp_path: Path) -> None:
     """Catches: a pickle from a process that has read what a stranger made, which does here what it likes."""
     assert end_of(begin(), "trap", tmp_path / "sprung")[0] == "crash" and not (tmp_path / "sprung").exists()
@@ -160,15 +155,6 @@ def test_a_message_that_comes_in_parts_is_received_whole(begin: Begin) -> None:
     while len(received) < 3 and time.monotonic() < last:
         received += child.hear(0.0) or {}
     assert received == ["a", "b", "c"]
-
-
-def test_a_program_keeps_to_one_thread() -> None:
-    """Catches: a decoder that takes the processors of other workers."""
-    child = start(WORK, ROOMY)
-    try:
-        assert ask(child, "describe")["threads"] == "1"
-    finally:
-        child.kill()
 
 
 def test_a_fork_server_that_has_gone_is_started_again(tmp_path: Path) -> None:

@@ -120,6 +120,7 @@ def crimes(place: Place) -> list[tuple[Any, ...]]:
     ]
 
 
+@pytest.mark.claim("A sealed process reaches no network, program or file but its film")
 def test_nothing_of_what_a_hostile_film_wants_can_be_done(begin: Begin, place: Place) -> None:
     """Catches: a seal that is reported and does not hold, one that threads escape, one that lets a thing through."""
     child = begin(reach(read=[place.film]))

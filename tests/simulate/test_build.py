@@ -13,10 +13,8 @@ import pytest
 from moireid.cli.simulate_cmd import simulate_command
 from moireid.errors import SpecError
 from moireid.simulate.build import BUILD_NUMBERS, Build, build_named, flawed
-from moireid.simulate.film_badge import simulate
 from moireid.simulate.filming import _check_backend
 from moireid.simulate.flaw_table import BUILDS, FLAWS, PRESETS, read_flaw
-from moireid.simulate.light import light_named
 from moireid.simulate.motion import Poses
 from moireid.simulate.scene import Scene
 from moireid.simulate.truth import Truth
@@ -29,27 +27,6 @@ def test_a_flaw_has_a_field_and_the_help_names_it():
     words = (simulate_command.help or "").split()
     assert {*FLAWS, *BUILDS} <= set(words)
     assert all({*wishes} <= {*FLAWS} for wishes in PRESETS.values())
-
-
-@pytest.mark.parametrize("name", BUILDS)
-def test_a_named_build_is_alike_in_all_films(name):
-    """Catches: chance that follows the film's seed though the build has its own; a preset out of its own ranges."""
-    one, again, other = (build_named(f"{name}:{seed}", film) for seed, film in ((7, 1), (7, 2), (8, 1)))
-    assert one == again and (one == other) == (name == "ideal")
-    assert build_named(name, 7) == one
-
-
-def test_poor_is_beyond_usual_in_every_flaw():
-    """Catches: presets exchanged; a flaw that the worse build lacks."""
-    usual, poor, plain = (build_named(name, 3) for name in ("usual", "poor", "typical"))
-    assert plain == Build.typical(3)
-    for name in PRESETS["usual"]:
-        # The worse badge is bent more: to a smaller radius.
-        mine, worse = (
-            1 / value if name == "bow" else abs(value - getattr(Build(), FLAWS[name].field))
-            for value in (getattr(build, FLAWS[name].field) for build in (usual, poor))
-        )
-        assert worse > mine > 0
 
 
 def test_an_option_overrides_one_quantity():
@@ -73,15 +50,6 @@ def test_the_truth_holds_the_build_whole(prototype, name):
     build = build_named(name, 11)
     row = next(csv.DictReader(io.StringIO(truth_text(prototype, build))))
     assert [float(row[f"build_{name}"]) for name in BUILD_NUMBERS] == [getattr(build, name) for name in BUILD_NUMBERS]
-
-
-def test_a_lamp_of_the_build_lights_a_scene_without_a_light(prototype):
-    """Catches: a glare that only the command shows; two lights at once; one in place of the light asked for."""
-    assert Scene(prototype, Build(glare=0.2)).light.share == 0.2 and Scene(prototype).light is None
-    window = Scene(prototype, Build(glare=0.2), light=light_named("window")).light
-    assert window is not None and window.place_mm[0] > 0
-    with pytest.raises(SpecError, match="two lights"):
-        simulate(prototype, "film.mp4", flaws=("glare=0.1",), light="window")
 
 
 def test_mitsuba_refuses_what_it_does_not_build(prototype):

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from moireid.simulate.analytic.analytic_renderer import AnalyticRenderer, BoardRadiance
-from moireid.simulate.cameras import CAMERAS, Camera, undistorted
-from moireid.simulate.motion import Poses, motion_named
-from moireid.simulate.recording.sensor import SHARPEN_PX, Sensor, averaged, opened
+from moireid.simulate.cameras import Camera, undistorted
+from moireid.simulate.motion import Poses
+from moireid.simulate.recording.sensor import Sensor, averaged, opened
 from moireid.simulate.scene import Build, Instant, Scene
 
 BENT = (-0.25, 0.08, 0.003, -0.002)
@@ -75,60 +75,7 @@ def rim() -> tuple[np.ndarray, np.ndarray]:
     return np.concatenate([way, one, -way, -one]), np.concatenate([-one, way, one, -way])
 
 
-def test_what_is_on_the_page_lies_where_opencv_says(prototype):
-    """Catches: a page that is bent otherwise than its outline; row and column exchanged.  Dots on a black page."""
-    scene, pose = Scene(prototype, Build(), WIDE), Poses(PLACE[None], TURN[None])
-    renderer = AnalyticRenderer(scene, rays=(8, 8))
-    for place in ([-60, -60], [65, -50], [60, 66], [5, -2]):
-        # Two mm across, so small that its middle is seen where the dot's light is centred.
-        page = np.zeros((1460, 1460), np.float32)
-        column, row = 10 * (np.array(place) + 73)
-        page[row - 10 : row + 10, column - 10 : column + 10] = 1.0
-        board = renderer.render(Instant(pose, pose, PLACE, None, page))
-        assert board is not None
-        rows, columns = np.indices(board.radiance.shape)
-        weight = (board.radiance * board.coverage).astype(float)
-        found = np.array([(columns * weight).sum(), (rows * weight).sum()]) / weight.sum() + [board.left, board.top]
-        point, _ = cv2.projectPoints(
-            np.array([[*place, 0.0]]), cv2.Rodrigues(TURN)[0], -TURN @ PLACE, WIDE.matrix, np.array(BENT)
-        )
-        assert found == pytest.approx(point[0, 0], abs=0.05)
-
-
-def test_no_distortion_is_the_pinhole_bit_for_bit(prototype):
-    """Catches: an undoing that costs accuracy where there is nothing to undo."""
-    pose = Poses(PLACE[None], TURN[None])
-    plain = Camera(width=640, height=360, focal_px=360.0)
-    one, two = (
-        AnalyticRenderer(Scene(prototype, Build(), camera)).render(Instant(pose, pose, PLACE))
-        for camera in (plain, replace(plain, distortion=(0.0, 0.0, 0.0, 1e-15)))
-    )
-    assert one is not None and two is not None
-    assert np.abs(one.radiance - two.radiance).mean() < 1e-6
-
-
 # The shutter.
-
-
-def test_a_long_exposure_of_what_stands_still_changes_nothing(prototype):
-    """Catches: blur that is there without motion; a mean that loses light."""
-    camera = replace(CAMERAS["phone"], exposure_s=0.03)
-    scene, still = Scene(prototype, Build(), camera), motion_named("static", distance_mm=900.0, seed=0)
-    middle, opening = opened(still, camera, scene.board_half_mm, 0.4, 30.0)
-    assert len(opening) == 1 and np.array_equal(middle.camera_mm, [[0.0, 0.0, -900.0]])
-    part = grey(0.3, (4, 6), 3, 2)
-    mixed = averaged([part, part, part])
-    assert mixed is not None and (mixed.left, mixed.top) == (3, 2)
-    assert np.allclose(mixed.radiance, 0.3) and np.allclose(mixed.coverage, 1.0)
-
-
-def test_light_is_gathered_over_the_exposure():
-    """Catches: a mean of radiances that forgets coverage; parts laid at the first one's corner; a lost part."""
-    mixed = averaged([grey(0.2, (2, 2), 5, 7), None, grey(0.8, (2, 2), 6, 7), grey(0.8, (2, 2), 6, 7)])
-    assert mixed is not None and (mixed.left, mixed.top, mixed.radiance.shape) == (5, 7, (2, 3))
-    assert np.allclose(mixed.coverage, [[0.25, 0.75, 0.5]] * 2)
-    assert np.allclose(mixed.radiance, [[0.2, 0.6, 0.8]] * 2)
-    assert averaged([None, None]) is None
 
 
 def test_a_moving_board_is_smeared_as_far_as_it_moves(prototype):
@@ -151,15 +98,6 @@ def test_a_moving_board_is_smeared_as_far_as_it_moves(prototype):
     edge = 319.5 - 73 * 500 / 600 - board.left
     climb = np.interp([0.05, 0.5, 0.95], row[: len(row) // 2], np.arange(len(row) // 2))
     assert climb[1] == pytest.approx(edge, abs=0.6) and climb[2] - climb[0] == pytest.approx(9.0, abs=0.8)
-
-
-def test_an_exposure_lasts_a_frame_at_most(prototype):
-    """Catches: light of the next frame in this one, where a slow camera films fast."""
-    camera = replace(CAMERAS["dim"], shutter_s=0.0)
-    sway = motion_named("sway", distance_mm=900.0, seed=1)
-    slow, fast = (opened(sway, camera, (73.0, 73.0), 1.0, fps)[1] for fps in (30.0, 120.0))
-    spans = [np.ptp([p.camera_mm[1, 0] for p in one]) for one in (slow, fast)]
-    assert len(fast) < len(slow) and spans[1] < 0.4 * spans[0]
 
 
 def _at(poses: Poses, k: int) -> Poses:
@@ -192,48 +130,11 @@ def test_light_is_coded_by_a_square_root_and_clips():
     assert exposed(replace(CALM, exposure=0.0), board).max() == 0
 
 
-def test_exposure_drifts_by_its_share():
-    """Catches: a drift in counts; a drift that is there at zero."""
-    board = grey(0.25, (96, 128))
-    camera = replace(CALM, exposure_drift=0.2)
-    levels = np.array([exposed(camera, board, t)[48, 64] for t in np.linspace(0, 6, 40)]) / 255
-    assert (levels.max() / levels.min()) ** 2 == pytest.approx(1.2 / 0.8, rel=0.03)
-    assert len({exposed(CALM, board, t)[48, 64] for t in (0.0, 1.0, 3.0)}) == 1
-
-
 def test_the_mirror_turns_left_to_right_and_nothing_else():
     """Catches: upside down; a mirrored board before a background that is not; noise drawn anew."""
     board = grey(0.9, (30, 20), 10, 5)
     camera = replace(CALM, noise_counts=3.0)
     assert np.array_equal(exposed(replace(camera, mirror=True), board), exposed(camera, board)[:, ::-1])
-
-
-def test_focus_blur_widens_an_edge_by_its_sigma():
-    """Catches: a kernel in other units; blur of the box alone, with a seam around it."""
-    light = (exposed(replace(CALM, focus_blur_px=3.0), edge())[48] / 255) ** 2
-    steps = np.diff(light[44:84])
-    place = np.arange(len(steps))
-    middle = (place * steps).sum() / steps.sum()
-    width = np.sqrt((((place - middle) ** 2) * steps).sum() / steps.sum())
-    assert width == pytest.approx(np.hypot(3.0, 0.5), rel=0.1)
-
-
-@pytest.mark.slow
-def test_sharpening_leaves_a_halo_and_no_other_trace():
-    """Catches: a blur in place of its mask; a mask that changes even parts."""
-    plain, sharp = exposed(CALM, edge()), exposed(replace(CALM, sharpen=1.0), edge())
-    assert np.abs(sharp[:, 80:] - plain[:, 80:]).max() <= 1 and np.abs(sharp[:, :48] - plain[:, :48]).max() <= 1
-    assert sharp[48].max() > 204 + 10 and sharp[48].min() < 102 - 10
-    soft = cv2.GaussianBlur(plain.astype(np.float32), (0, 0), SHARPEN_PX)
-    assert np.abs(sharp - (2 * plain - soft)).max() < 2.5
-
-
-def test_noise_has_the_spread_that_was_asked_for():
-    """Catches: variance for deviation; sharpening that hides it; noise that grows in the dark."""
-    camera = replace(CALM, noise_counts=5.0)
-    spreads = [exposed(camera, grey(value, (96, 128))).std() for value in (0.0625, 0.25)]
-    # Read noise is 0.3 of the variance, the rest goes with the coded light.
-    assert spreads == pytest.approx([5 * np.sqrt(0.3 + 0.7 * 0.25), 5 * np.sqrt(0.3 + 0.7 * 0.5)], rel=0.04)
 
 
 # What is refused.

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,20 +12,11 @@ import pytest
 from click.testing import CliRunner
 
 from moireid.cli.main import moireid
-from moireid.cli.simulate_cmd import _saved
-from moireid.errors import SpecError
-from moireid.simulate.analytic.accuracy import Difference, Estimate, brightness, difference, estimate_error, strips_of
+from moireid.simulate.analytic.accuracy import Difference, brightness, difference, estimate_error, strips_of
 from moireid.simulate.analytic.analytic_renderer import AnalyticRenderer, BoardRadiance
-from moireid.simulate.filming import FilmReport, film
 from moireid.simulate.flaw_table import PARTS
-from moireid.simulate.forgeries.rear_layer import SquaredUp
-from moireid.simulate.left_out import left_out
-from moireid.simulate.light import light_named
-from moireid.simulate.mitsuba import mitsuba_renderer as mitsuba_estimate
-from moireid.simulate.mitsuba.mitsuba_renderer import cheapest_mitsuba, estimate_mitsuba
-from moireid.simulate.motion import motion_named
 from moireid.simulate.recording.sensor import Sensor
-from moireid.simulate.scene import Build, Camera, Instant, Need, Scene
+from moireid.simulate.scene import Camera, Instant, Need, Scene
 from moireid_lab.bench.simulate.scenes import SceneSetting, eleven
 
 SETTINGS = {setting.name: setting for setting in eleven()}
@@ -105,103 +95,6 @@ def pictures(path: Path) -> np.ndarray:
         return np.stack([frame.to_ndarray(format="gray") for frame in container.decode(video=0)])
 
 
-def shoot(badge, path: Path, *, camera: Camera = SMALL, need: Need | None = None, **options) -> FilmReport:
-    scene = Scene(badge, Build(), camera, need=need or Need())
-    course = motion_named("sway", distance_mm=600.0, seed=3)
-    return film(scene, course, path, frames=3, fps=25.0, seed=3, crf=1, **options)
-
-
-def test_shutter_left_out_is_a_camera_that_opens_for_an_instant(prototype, tmp_path: Path) -> None:
-    """Catches: a need that the film does not ask; an exposure or a rolling shutter that is still rendered."""
-    slow = replace(SMALL, exposure_s=0.03)
-    for name, camera, need in (
-        ("still", replace(slow, shutter_s=0.0, exposure_s=0.0), Need()),
-        ("left", slow, Need(shutter=False)),
-        ("whole", slow, Need()),
-    ):
-        shoot(prototype, tmp_path / f"{name}.mp4", camera=camera, need=need)
-    still, left, whole = (pictures(tmp_path / f"{name}.mp4").astype(int) for name in ("still", "left", "whole"))
-    # x264 makes another file of small pictures each time, by a count or two.
-    assert np.abs(still - left).max() <= 3 and np.abs(still - whole).max() > 20
-
-
-@pytest.mark.slow
-def test_glare_left_out_is_all_that_the_lenses_mirror() -> None:
-    """Catches: a glare that is only dimmed; light on the page left out with it; a phase that hangs on it here."""
-    scene, instant = NEAR.scene, NEAR.seen_at(0.2)
-    for name in ("softbox", "even"):
-        lit = replace(scene, light=light_named(name))
-        shown, matt = (
-            AnalyticRenderer(replace(lit, need=Need(glare=glare))).render(instant) for glare in (True, False)
-        )
-        mirrored = (shown.radiance - matt.radiance)[shown.coverage == 1]
-        assert mirrored.min() > -1e-6 and mirrored.max() > 0.01
-        # The soft box leaves the sky 0.3 of the light, of which Fresnel mirrors 5 %; an unlit page would be black.
-        assert np.median(matt.radiance) > 0.2
-        stated = estimate_error(lit, [instant]).phase_rad
-        assert apart(scene, instant, shown, matt).phase_rad < math.sqrt(2) * stated
-
-
-@pytest.mark.slow
-def test_bounces_and_hidden_face_change_less_than_mitsuba_s_own_error() -> None:
-    """Catches: a face that bends or stops the rays, or shifts the lines; a bar that hides it; one that is not built."""
-    scene, instant = NEAR.scene, NEAR.seen_at(0.3)
-    from moireid.simulate.mitsuba.mitsuba_renderer import USUAL, MitsubaRenderer
-
-    (samples, segments), usual = USUAL, {need: replace(scene, need=need) for need in (Need(), Need(bounces=True))}
-    one, other = (
-        MitsubaRenderer(lit, samples=samples, segments=segments, seed=4 + 4 * k).render(instant)
-        for k, lit in enumerate(usual.values())
-    )
-    # A single estimate from few strips may be off by half; the mean over several seeds is not.
-    errors = [estimate_mitsuba(scene, instant, USUAL, seed=4 + 10 * k).phase_rad for k in range(3)]
-    # With few strips the error's own scatter is wide; what is wrong by more than noise is wrong by far more.
-    assert apart(scene, instant, one, other).phase_rad < 2 * math.sqrt(2) * np.sqrt(np.mean(np.square(errors)))
-    # The face must be one more shape of each grating.
-    more, less = (
-        MitsubaRenderer(replace(scene, need=Need(bounces=bounces)), samples=4, segments=2) for bounces in (True, False)
-    )
-    assert len(more._world.shapes()) == len(less._world.shapes()) + len(scene.badge.gratings)
-    pictures = [less.render(instant, crop=crop) for crop in (None, (0, 0, scene.camera.width, scene.camera.height))]
-    assert pictures[1].radiance.size > 1.5 * pictures[0].radiance.size
-    with pytest.raises(SpecError, match="mitsuba"):
-        AnalyticRenderer(replace(scene, need=Need(bounces=True)))
-
-
-@pytest.mark.slow
-def test_mitsuba_s_estimate_is_near_the_truth_and_chooses_its_rays() -> None:
-    """Catches: noise stated as its square or of the mean; segments that do not count; a ladder climbed from the top."""
-    scene, instant = NEAR.scene, NEAR.seen_at(0.3)
-    reference = AnalyticRenderer(scene, rays=(64, 4)).render(instant)
-    for setting in ((16, 2), (16, 16)):
-        found = []
-        for seed in (1, 2, 3):
-            from moireid.simulate.mitsuba.mitsuba_renderer import MitsubaRenderer
-
-            renderer = MitsubaRenderer(scene, samples=setting[0], segments=setting[1], seed=seed)
-            found.append(apart(scene, instant, renderer.render(instant), reference).phase_rad)
-        estimate = estimate_mitsuba(scene, instant, setting, seed=9)
-        assert estimate.segments == setting[1] and estimate.frame_s > 0
-        assert 0.4 < estimate.phase_rad / np.sqrt(np.mean(np.square(found))) < 2.5
-    loose = cheapest_mitsuba(scene, instant, 0.2)
-    assert (loose.rays[0], loose.segments) == mitsuba_estimate.LADDER[0]
-
-
-def test_mitsuba_refuses_an_error_that_it_cannot_meet(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Catches: the dearest setting taken in silence."""
-    monkeypatch.setattr(mitsuba_estimate, "LADDER", ((16, 4),))
-    with pytest.raises(SpecError, match=r"estimated 0\.\d+ rad\); give a larger --error"):
-        cheapest_mitsuba(NEAR.scene, NEAR.seen_at(0.3), 1e-9)
-
-
-def test_a_film_by_mitsuba_tells_its_error(prototype, tmp_path: Path) -> None:
-    """Catches: a reference without an error bar; an estimate of another setting than is filmed."""
-    report = shoot(prototype, tmp_path / "a.mp4", backend="mitsuba", error_rad=0.1)
-    assert 0 < report.estimate.phase_rad <= 0.1
-    document = {one.what: one for one in report.left_out}
-    assert "rolling shutter" in document and f"lens detail below {report.estimate.segments} segments" in document
-
-
 @pytest.mark.slow
 def test_the_command_leaves_out_and_tells_the_time(prototype, tmp_path: Path) -> None:
     """Catches: an option that is not passed on; parts without their time; names that the scene does not know."""
@@ -225,43 +118,3 @@ def test_the_command_leaves_out_and_tells_the_time(prototype, tmp_path: Path) ->
     assert document["pixels off the badge"]["saved_s"] > 0 and document["page and markers"]["saved_s"] > 0
     said = CliRunner().invoke(moireid, [*asked[:6], "--leave-out", "background", "--overwrite", "--explain"])
     assert said.exit_code == 0 and "background (" in said.stdout and "estimated error" in said.stdout
-
-
-@pytest.mark.parametrize(
-    ("finer_s", "noise_s", "words"),
-    [
-        (0.0874, 0.0, "0.0 ms"),
-        (0.0874, 0.02, "none above the clock's noise of 20.0 ms"),
-        (0.115, 0.02, "none above the clock's noise of 20.0 ms"),
-        (0.125, 0.02, "25.0 ms"),
-    ],
-)
-def test_a_difference_within_the_noise_is_no_saving(finer_s: float, noise_s: float, words: str) -> None:
-    """Catches: "lens detail (-12.6 ms)" under the time that leaving it out saves."""
-    estimate = Estimate((16, 1), 0.001, 0.01, 0.1, finer_s, 1000, noise_s=noise_s)
-    found = left_out(NEAR.scene, "mitsuba", estimate, NEAR.seen_at(0.0), instants=1, sensor_s=0.01)
-    (detail,) = (one for one in found if one.what.startswith("lens detail"))
-    assert _saved(detail) == words and detail.noise_s == noise_s
-
-
-def test_noise_is_how_far_timings_of_one_frame_differ() -> None:
-    """Catches: a noise that stays 0, so that each figure counts."""
-    assert estimate_error(NEAR.scene, [NEAR.seen_at(0.0), NEAR.seen_at(0.3)]).noise_s > 0
-    estimate = estimate_error(NEAR.scene, [NEAR.seen_at(0.0)])
-    found = left_out(NEAR.scene, "analytic", estimate, NEAR.seen_at(0.0), instants=1, sensor_s=0.0)
-    assert all(one.saved_s is None or one.saved_s == 0 or one.saved_s > one.noise_s for one in found)
-
-
-def test_a_flat_picture_is_lit_once() -> None:
-    """A forger's picture was lit when it was taken, and is shown as bright as that.
-
-    Catches: one that is lit again as it is filmed; one that was taken without the light.
-    """
-    scene, instant = replace(NEAR.scene, light=light_named("softbox")), NEAR.seen_at(0.0)
-    place = np.array([0.0, 0.0, -400.0])
-    lit, unlit = (SquaredUp(one, 3.0).picture(place) for one in (scene, replace(scene, light=None)))
-    assert np.abs(lit - unlit).mean() > 0.02
-    shown = replace(instant, picture=lit, shown_from_mm=place)
-    dark, bright = (AnalyticRenderer(replace(scene, light=one)).render(shown) for one in (None, scene.light))
-    assert np.array_equal(dark.radiance, bright.radiance)
-    assert bright.radiance[bright.coverage == 1].mean() == pytest.approx(lit.mean(), abs=0.01)

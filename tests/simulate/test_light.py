@@ -11,8 +11,7 @@ import pytest
 from moireid.badge import Badge, Lens
 from moireid.errors import SpecError
 from moireid.simulate.analytic.analytic_renderer import AnalyticRenderer
-from moireid.simulate.analytic.light_kernels import lamp_figures, light_at
-from moireid.simulate.light import BINS, DiscLight, light_named, light_table, passed_share, straight_share
+from moireid.simulate.light import DiscLight, light_named, light_table, passed_share, straight_share
 from moireid.simulate.motion import Poses
 from moireid.simulate.scene import Instant, Scene
 
@@ -70,45 +69,6 @@ def test_the_bands_agree_with_rays_traced_back_from_the_page():
     np.testing.assert_allclose(of_table, np.mean(back, axis=0), atol=4 * noise)
 
 
-def test_a_light_from_the_other_side_lights_the_other_flank():
-    """Catches: a sign that the table and the place agree on by being both wrong."""
-    x, y, z = BOX.place_mm
-    one = light_table(SHEET, BOX, (-1.0, 1.0))[2][0]
-    other = light_table(SHEET, replace(BOX, place_mm=(-x, y, z)), (1.0, -1.0))[2][0]
-    np.testing.assert_allclose(one, np.roll(other[::-1], 1), atol=0.03)
-    assert np.abs(one - other).max() > 0.5
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("lens", [SHEET, Lens("mask", 0.508, 1.0, 1.56, open_fraction=0.4)], ids=["lens", "mask"])
-def test_no_light_is_lost_but_what_the_surface_mirrors_or_the_mask_stops(lens: Lens):
-    """Catches: bins that lose or double rays at the pitch's edge."""
-    lit = lens.open_fraction or 1.0
-    sky, _, disc = light_table(lens, replace(BOX, share=0.6), (-1.0, 1.0))
-    assert len(sky) == BINS
-    assert sky.mean() == pytest.approx(0.4 * lit, rel=0.1)
-    assert disc.mean() == pytest.approx(0.6 * lit, rel=0.05)
-
-
-def test_the_look_up_knows_place_period_and_fall():
-    """Catches: rows taken for bins, a table that ends at the pitch, light that does not fade with distance."""
-    lamp, table = lamp_figures(SHEET, replace(BOX, share=0.7), (-60.0, 60.0), 1e-4)
-    places = np.linspace(-60, 60, len(table) - 1)
-    for row, bin_ in ((0, 3), (4, 130)):
-        landed = bin_ / BINS * SHEET.pitch_mm
-        expected = table[0, bin_] + table[1 + row, bin_]
-        for turns in (-7, 0, 50):
-            found = light_at(places[row], 0.0, landed + turns * SHEET.pitch_mm, lamp, table, SHEET.pitch_mm)
-            assert found == pytest.approx(expected, rel=1e-6)
-    # 200 mm nearer along the lenses: the cube and the cosine of the disc's own slant, worked out anew.
-    near, far = (np.array([0.0, y, 0.0]) - BOX.place_mm for y in (-200.0, 0.0))
-    toward = np.array(BOX.place_mm) / np.linalg.norm(BOX.place_mm)
-    power = [abs(way @ toward) / np.linalg.norm(way) ** 4 for way in (near, far)]
-    at = [light_at(0.0, y, 0.1, lamp, table, SHEET.pitch_mm) for y in (-200.0, 0.0)]
-    sky = light_at(0.0, 0.0, 0.1, lamp, np.vstack([table[0], 0 * table[1:]]), SHEET.pitch_mm)
-    assert (at[0] - sky) / (at[1] - sky) == pytest.approx(power[0] / power[1], rel=1e-9)
-
-
 @pytest.mark.slow
 def test_glare_is_a_streak_across_the_lenses_where_a_mirror_would_show_the_light(prototype: Badge):
     """Catches: glare that is spread along the lenses, at the light's own height, or brighter than the light."""
@@ -126,16 +86,6 @@ def test_glare_is_a_streak_across_the_lenses_where_a_mirror_would_show_the_light
     streak = shining.radiance[rows.argmax()]
     assert np.mean(streak > 1.0) > 0.3
     assert streak.max() < lamp.radiance
-
-
-def test_without_a_light_nothing_is_added(prototype: Badge):
-    """An even sky is a little off a page that shines, by what is mirrored; none at all is the old picture."""
-    none, even = (
-        AnalyticRenderer(Scene(prototype, light=light)).render(straight_at()) for light in (None, DiscLight())
-    )
-    assert none is not None and even is not None
-    assert none.radiance.max() == pytest.approx(0.85)
-    assert 0.01 < np.abs(none.radiance - even.radiance).max() < 0.2
 
 
 def test_an_unknown_light_lists_those_there_are():

@@ -18,6 +18,7 @@ from moireid.verifier.video import Film
 linux = pytest.mark.skipif(sys.platform != "linux", reason="memory and pipes are looked at as Linux has them")
 
 
+@pytest.mark.claim("A film opens no other file")
 @linux
 @pytest.mark.parametrize("kind", LISTS)
 def test_a_list_opens_no_other_file(tmp_path: Path, kind: str) -> None:

@@ -27,15 +27,6 @@ def test_smoothing_is_that_of_the_penalised_spline(
     assert smoothed(places, values, stiffness, weights) == pytest.approx(expected, abs=1e-7)
 
 
-def test_a_straight_line_stays_and_a_stiff_spline_is_one(places: np.ndarray, rng: np.random.Generator) -> None:
-    """Catches: a penalty on the slope in place of the bend."""
-    line = 3 - 2 * places
-    assert smoothed(places, line, 1e-2) == pytest.approx(line, abs=1e-12)
-    values = rng.normal(size=len(places))
-    straight = np.polyval(np.polyfit(places, values, 1), places)
-    assert smoothed(places, values, 1e6) == pytest.approx(straight, abs=1e-3)
-
-
 def test_times_that_hardly_rise_are_borne(rng: np.random.Generator) -> None:
     """Catches: a factor without pivots that loses its digits where a file gives each time three times.
 

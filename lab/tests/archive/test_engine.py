@@ -5,18 +5,14 @@ from __future__ import annotations
 import json
 import os
 import re
-import signal
 import subprocess
 import sys
-import tempfile
 import time
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import ExitStack, closing, contextmanager
 from pathlib import Path
-from typing import Any
 
-import psutil
 import pytest
 
 import moireid
@@ -32,11 +28,6 @@ from moireid_lab.archive.isolated import Limits, LostJob
 from moireid_lab.archive.worker import Done
 
 QUICK = Limits(seconds=20.0, memory_mb=1000)
-
-
-def outcomes(tasks: list[Task], **options: Any) -> dict[int, Any]:
-    """What each task of one job gave."""
-    return {place: done.outcomes[0] for place, done in run_tasks(act, tasks, limits=QUICK, **options)}
 
 
 def stubs(log: Path, count: int, seconds: float) -> list[Task]:
@@ -86,76 +77,6 @@ def test_a_film_that_took_over_its_process_reads_no_other_film(tmp_path: Path):
         assert isinstance(lost := found[own][1 - own], LostJob) and "PermissionError" in lost.why
         assert isinstance(found[own][2], LostJob)
     assert found[0][3] != found[1][3]
-
-
-@pytest.mark.slow
-def test_a_run_of_several_workers_gives_every_row_and_leaves_no_process(tmp_path: Path):
-    """Catches: a row under another task's number; workers that wait for each other; a closed run goes on."""
-    log = tmp_path / "log"
-    found = outcomes(stubs(log, 6, 0.1), workers=3)
-    assert found == {k: f"f{k}" for k in range(6)} and set(begun(log).values()) == {1}
-    assert len({line[-2] for line in notes(log)}) > 1
-    with closing(run_tasks(act, stubs(log, 2, 0.01) + stubs(log, 4, 60.0), workers=2, limits=QUICK)) as run:
-        next(run)
-    for line in notes(log):
-        assert not Path(f"/proc/{line[-2]}").exists()
-
-
-@pytest.mark.slow
-def test_a_child_takes_nothing_from_the_present_folder_and_leaves_nothing(tmp_path: Path, monkeypatch):
-    """Catches: a module that lies where the program was called, run in its place; files of a child that was killed;
-    Dask's early return of memory, by which each film costs half as much again.
-    """
-    for folder in ("here", "temporary"):
-        (tmp_path / folder).mkdir()
-    (tmp_path / "here" / "json.py").write_text("raise SystemExit('this is not the package')")
-    monkeypatch.chdir(tmp_path / "here")
-    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "temporary"))
-    monkeypatch.setenv("MALLOC_TRIM_THRESHOLD_", "65536")
-    tasks = [Task(tuple(Stub(f"{fault}.", tmp_path / "log", fault=fault) for fault in ("", "trims", "litter")))]
-    ((_, done),) = run_tasks(act, tasks, workers=1, limits=Limits(seconds=5.0, memory_mb=1000))
-    well, trims, littered = done.outcomes
-    assert well == "." and "LookupError: not set" in trims.why and littered.fault == "time"
-    assert list((tmp_path / "temporary").iterdir()) == []
-
-
-INTERRUPTED = """
-import sys
-from pathlib import Path
-from kit.film_stubs import Stub, act
-from moireid_lab.archive.engine import Task, run_tasks
-
-if __name__ == "__main__":
-    try:
-        list(run_tasks(act, [Task((Stub(f"f{k}", Path(sys.argv[1]), 60.0),)) for k in range(4)], workers=2))
-    except KeyboardInterrupt:
-        print("interrupted")
-"""
-
-
-@pytest.mark.slow
-def test_an_interrupt_of_a_terminal_ends_a_run_soon_and_silently(tmp_path: Path):
-    """Catches: tracebacks of workers; films that are waited for, processes left."""
-    script, log = tmp_path / "script.py", tmp_path / "log"
-    script.write_text(INTERRUPTED)
-    path = os.pathsep.join([str(Path(moireid.__file__).parent.parent), str(TESTS)])
-    with subprocess.Popen(
-        [sys.executable, str(script), str(log)],
-        env=os.environ | {"PYTHONPATH": path},
-        start_new_session=True,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    ) as process:
-        own, last = psutil.Process(process.pid), time.monotonic() + 60
-        while len(notes(log)) < 2:
-            assert time.monotonic() < last and process.poll() is None
-            time.sleep(0.02)
-        processes = own.children(recursive=True)
-        os.killpg(process.pid, signal.SIGINT)
-        printed, wrong = process.communicate(timeout=20)
-    assert (printed, wrong, process.returncode) == ("interrupted\n", "", 0)
-    assert psutil.wait_procs(processes, timeout=5)[1] == []
 
 
 @contextmanager

@@ -9,21 +9,15 @@ import cv2
 import numpy as np
 import pytest
 
-from kit.coded_films import written
 from moireid.badge import Badge
 from moireid.errors import SpecError
 from moireid.verifier import Film, Question, verify
 from moireid_lab.baseline.corners import (
     COLUMNS,
     CornerFollower,
-    corners_from,
     read_corners,
     without_corners,
 )
-from moireid_lab.evaluation.film_rows import Job, score_film
-from moireid_lab.evaluation.manifest import read_manifest
-
-CORNERS = "200,150,300,150,300,250,200,250"
 
 
 def test_corners_are_followed_until_they_are_set_right(films: Path):
@@ -55,37 +49,6 @@ def test_corner_files_are_read_or_refused(tmp_path: Path):
     for rows in ([], [good.replace("0,", "5,", 1)], ["0,10,10,92,80,90,12,11,85"], ["0,a,b,c,d,e,f,g,h"], ["0,1,2"]):
         with pytest.raises(SpecError):
             read_corners(written(*rows))
-
-
-def test_corners_are_read_as_people_write_them(tmp_path: Path):
-    """Catches: a correction read as the first frame, a bow-tie, a word, a path taken for numbers."""
-    first, later = "10,10,90.5,12,92,80,11,85", "20,20,95,22,96,88,21,90"
-    found = corners_from(f"{first} 30:{later}; 45:{first}")
-    assert list(found) == [0, 30, 45] and found[30][1] == pytest.approx([95, 22]) and found[0][1, 0] == 90.5
-    assert list(corners_from(f"0:{first}")) == [0]
-    (tmp_path / "a.csv").write_text(f"frame,x1,y1,x2,y2,x3,y3,x4,y4\n0,{first}\n")
-    assert list(corners_from("a.csv", tmp_path)) == [0]
-    for wrong in ("10,10", f"{first} {later}", f"7:{first}", "10,10,92,80,90,12,11,85", f"1.5:{first}", "none.csv", ""):
-        with pytest.raises(SpecError):
-            corners_from(wrong, tmp_path)
-
-
-@pytest.fixture(scope="module")
-def mostly_gone(films: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A true film whose badge is in view for its first 100 frames, and then not for 120."""
-    pictures = [frame.luma for frame, _ in zip(Film(films / "genuine_1.0m.mp4").frames(), range(100), strict=False)]
-    gone = [np.full_like(pictures[0], 128)] * 120
-    return written(tmp_path_factory.mktemp("gone") / "film.mp4", pictures + gone, "libx264", "yuv420p")
-
-
-@pytest.mark.slow
-def test_a_row_of_a_collection_says_so_too(films: Path, mostly_gone: Path, prototype: Badge):
-    """Catches: an accepted row of a film that the command leaves open."""
-    manifest = mostly_gone.with_name("films.csv")
-    manifest.write_text(f'video,label,claim,group,corners\nfilm.mp4,genuine,,,"{CORNERS}"\n')
-    entry = read_manifest(manifest, badge=prototype).entries[0]
-    row = score_film(Job(entry, "moireid"), str(mostly_gone))
-    assert (row["verdict"], row["codes"]) == ("inconclusive", ["cover", "corners"])
 
 
 @pytest.mark.slow

@@ -5,11 +5,8 @@ from __future__ import annotations
 import json
 from types import SimpleNamespace
 
-import numpy as np
 import pytest
-from click.testing import CliRunner
 
-from moireid.cli.main import moireid
 from moireid.errors import MoireIdError
 from moireid.result_cache import kept_rows
 from moireid_lab.archive.isolated import LostJob
@@ -17,30 +14,7 @@ from moireid_lab.archive.worker import Done
 from moireid_lab.bench import bench_rows
 from moireid_lab.bench import stability as stability
 from moireid_lab.bench.bench_frame import table_text
-from moireid_lab.bench.fabricate import fabricate_suite as fabricate
 from moireid_lab.bench.identity import identity_suite as identity
-from moireid_lab.bench.identity.matching import WORD, matching_figures
-
-
-def row_of(rng: np.random.Generator, spread: float, payload: bytes | None = None) -> dict:
-    payload = payload or rng.bytes(8)
-    errors = rng.normal(0, spread, 4 * WORD.word_bytes)
-    return {
-        "payload": payload.hex(),
-        "verdict": "accept",
-        "read": True,
-        "wrong": False,
-        "tracked": 240,
-        "corrected": 0,
-        "phase_error_rad": errors.tolist(),
-        "phase_sd_rad": [0.1] * len(errors),
-        "cells_wrong": 1,
-        "correlation": 0.99,
-        "gain": 1.01,
-        "identity_s": 0.1,
-        "as_built": None,
-        "beat_error": 0.001,
-    }
 
 
 def test_films_of_a_suite_are_made_by_the_engine(tmp_path, monkeypatch):
@@ -82,19 +56,6 @@ def test_every_clip_of_a_bench_has_chance_of_its_own():
     by_kind = {name: clip for name, clip in few if name in ("enrolled", "original", "copy")}
     assert by_kind["original"].build_seed == by_kind["enrolled"].build_seed == by_kind["copy"].build_seed
     assert by_kind["original"].assembly_seed is None and by_kind["copy"].assembly_seed is not None
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("spread", "missed"), [(0.05, False), (1.2, True)])
-def test_rates_are_those_of_the_rows(spread, missed, rng):
-    """Catches: claims that hold the badge's own payload, halves that are mixed, an error model that flatters."""
-    groups = {"64 bits, 3 m": [row_of(rng, spread) for _ in range(12)], "128 bits, 2 m": [row_of(rng, 9.0)]}
-    found = matching_figures(groups, quick=True, seed=0)
-    assert found["failure_to_acquire"]["films"] == 12
-    tails = {tail["model"]: tail["other_films"] for tail in found["model"]["tails"]}
-    assert tails[0.5] == pytest.approx(0.5, abs=0.08) and tails[0.01] < 0.04
-    at_films = [row for row in found["decoding"] if row["factor"] == 1.0]
-    assert all((row["fnmr"] > 0.5) == missed for row in at_films) and all(row["fmr"] == 0 for row in at_films)
 
 
 @pytest.mark.parametrize(
@@ -143,20 +104,3 @@ def test_cases_come_out_as_physics_expects(name):
     row = stability.read_case((name, 1, 150))
     assert row["outcome"] == "right" and json.dumps(row, allow_nan=False)
     assert (row["why"] or row["verdict"] == "accept") and name in table_text(stability.BENCH, [row])
-
-
-@pytest.mark.slow
-def test_the_fabricate_suite_writes_its_table(tmp_path):
-    """Catches: a suite that no command runs; figures that JSON cannot hold."""
-    outcome = CliRunner().invoke(moireid, ["bench", "fabricate", "--quick", "--out", str(tmp_path), "--json"])
-    assert outcome.exit_code == 0, outcome.output
-    rows = json.loads(outcome.stdout)["rows"]
-    pages = [row for row in rows if "form" in row]
-    assert {row["form"] for row in pages} == {"dots", "vector"}
-    assert all(row["poppler"]["read"] == row["poppler"]["badges"] == 2 for row in pages)
-    assert rows[-1]["photographs"]["read"] == 2
-    table = table_text(fabricate.BENCH, rows)
-    assert "poppler" in table and "photographs" in table
-    assert (tmp_path / "fabricate.json").exists() and (tmp_path / "fabricate.svg").stat().st_size > 1000
-    again = CliRunner().invoke(moireid, ["bench", "fabricate", "--quick", "--out", str(tmp_path)])
-    assert again.exit_code == 2 and "--overwrite" in again.stderr

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import inspect
 from pathlib import Path
 
 import numpy as np
@@ -13,9 +12,7 @@ from click.testing import CliRunner, Result
 from kit.in_place import in_place
 from moireid.badge import Badge
 from moireid.cli.main import moireid
-from moireid.cli.simulate_cmd import simulate_command
 from moireid.errors import SpecError
-from moireid.simulate.film_badge import simulate
 from moireid_lab.bench import film_set
 from moireid_lab.commands.film_set_cmd import read_plan
 from moireid_lab.evaluation.manifest import read_manifest
@@ -107,20 +104,6 @@ def test_a_set_goes_on_where_it_stopped_and_replaces_nothing_unasked(plan: Path,
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("here")
-def test_what_a_run_that_was_broken_off_has_left_is_completed(plan: Path, tmp_path: Path):
-    """Catches: half a film that is taken for one; a truth without its film that is in the way for ever."""
-    folder = tmp_path / "set"
-    command = ("lab", "film-set", plan, "--out", folder, "--workers", "1")
-    assert ran(*command).exit_code == 0
-    whole = (folder / "true.mp4").read_bytes()
-    (folder / "true.mp4").unlink()
-    assert ran(*command).exit_code == 0 and (folder / "true.mp4").read_bytes() == whole
-    (folder / "true.mp4.truth.csv").unlink()
-    assert ran(*command).exit_code == 0 and (folder / "true.mp4.truth.csv").exists()
-
-
-@pytest.mark.slow
-@pytest.mark.usefixtures("here")
 def test_the_users_own_files_stay(plan: Path, tmp_path: Path, ada: Badge):
     """Catches: badges of a set written over those of its plan."""
     (tmp_path / "badge-1.json").write_text(ada.to_json().replace("Ada", "Eva"))
@@ -130,54 +113,6 @@ def test_the_users_own_files_stay(plan: Path, tmp_path: Path, ada: Badge):
     assert "Eva" in (tmp_path / "badge-1.json").read_text() and "Ada" in (tmp_path / "badge-2.json").read_text()
     names = [one.claimed.badge.name for one in read_manifest(tmp_path / "films.csv").entries]
     assert names == ["Ada Lovelace", "Eva Lovelace"]
-
-
-@pytest.mark.slow
-@pytest.mark.usefixtures("here")
-def test_a_film_that_cannot_be_made_is_reported_and_the_others_are_kept(plan: Path, tmp_path: Path):
-    """Catches: a fault of one film that ends the run; a list that lacks it without a word."""
-    plan.write_text(
-        "badge,motion,distance,frames\nada.json,linear,1,2\nada.json,course.csv,0.2,60\nada.json,sway,1,2\n"
-    )
-    through = "\n".join(f"{t / 4},0,0,{-1000 + 1500 * (t == 2)},0,0,0,1" for t in range(5))
-    (tmp_path / "course.csv").write_text("t_s,x_mm,y_mm,z_mm,qx,qy,qz,qw\n" + through)
-    done = ran("lab", "film-set", plan, "--out", tmp_path / "set", "--workers", "1")
-    assert done.exit_code == 2 and "1 of 3 films cannot be made, first 0002 (the camera touches" in done.output
-    assert sorted(path.name for path in (tmp_path / "set").glob("*.mp4")) == ["0001.mp4", "0003.mp4"]
-    assert not (tmp_path / "set" / "films.csv").exists()
-    (tmp_path / "set" / "films.csv").write_text("an older list")
-    assert ran("lab", "film-set", plan, "--out", tmp_path / "set", "--workers", "1").exit_code == 2
-    assert not (tmp_path / "set" / "films.csv").exists()
-
-
-def test_every_option_of_simulate_that_says_something_of_a_film_is_a_column(plan: Path):
-    """Catches: an option that comes to `simulate` and is forgotten here; a default that differs."""
-    # As a spreadsheet writes it, with a mark at its beginning and an empty column.
-    plan.write_bytes(b"\xef\xbb\xbfbadge,\r\nada.json,\r\n")
-    parameters = inspect.signature(simulate).parameters
-    wish = read_plan(plan)[0].wish
-    assert all(wish[name] == parameters[name].default or wish[name] == () for name in wish)
-    assert {*parameters} - {*wish} == {"badge", "video", "overwrite", "progress"}
-    no_columns = {"out", "overwrite", "json", "explain"}
-    options = [opt[2:] for one in simulate_command.params for opt in one.opts if opt.startswith("--")]
-    cells = {
-        "motion": "sway",
-        "leave-out": "page",
-        "error": "0.1",
-        "light": "lamp",
-        "forge": "late",
-        "recipe": "chat",
-        "camera": "dim",
-        "effect": "zoom",
-        "backend": "mitsuba",
-        "scene": "desk",
-        "build": "usual:7",
-        "flaw": "air=0.1 ink=40",
-    }
-    columns = [name for name in options if name not in no_columns]
-    plan.write_text(f"badge,{','.join(columns)}\nada.json,{','.join(cells.get(name, '9') for name in columns)}\n")
-    wish = read_plan(plan)[0].wish
-    assert all(wish[name] != parameters[name].default for name in wish)
 
 
 @pytest.mark.parametrize(

@@ -2,22 +2,14 @@
 
 from __future__ import annotations
 
-import signal
-import subprocess
-import sys
-import time
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-import psutil
 import pytest
 
-import moireid
 from kit.film_stubs import notes, score, score_as_sealed
-from kit.places import TESTS
 from moireid.badge import Badge
-from moireid.errors import SpecError
 from moireid.result_cache import kept_rows
 from moireid.sandbox.process import sealed_here
 from moireid_lab.archive.engine import Task
@@ -25,7 +17,7 @@ from moireid_lab.archive.isolated import Fault, Limits, LostJob
 from moireid_lab.archive.worker import Done
 from moireid_lab.evaluation import collect as collecting
 from moireid_lab.evaluation.collect import ScoredFilm, collect
-from moireid_lab.evaluation.film_rows import PASSING, Job, ScoredRow, failed_row, score_film
+from moireid_lab.evaluation.film_rows import failed_row
 from moireid_lab.evaluation.manifest import read_manifest
 
 QUICK = Limits(seconds=20.0, memory_mb=1500)
@@ -145,65 +137,3 @@ def test_a_row_says_how_its_film_was_read(tmp_path: Path, prototype: Badge):
     (one,) = run(manifest_of(tmp_path, ("a.txt", "0 aa")), prototype, work=score_as_sealed)
     assert one.row["sealed"] == list(sealed_here()) and one.row["verdict"] == "accept"
     assert [row["sealed"] for row in table_of(tmp_path)] == [one.row["sealed"]]
-
-
-def test_a_fault_that_may_pass_is_tried_by_the_next_run(tmp_path: Path, prototype: Badge, lost: dict[str, Fault]):
-    """Catches: a film whose worker was lost for an hour left out for ever, a fault of ours kept for good."""
-    manifest = manifest_of(tmp_path, *((f"{fault}.txt", f"0 {fault}") for fault in PASSING))
-    lost |= {f"{fault}.txt": fault for fault in PASSING}
-    assert all(one.row["again"] and one.row["error"] == "gone" for one in run(manifest, prototype))
-    lost.clear()
-    assert [one.row["score"] for one in run(manifest, prototype)] == [3.0] * 2
-    assert [row["fault"] for row in table_of(tmp_path)] == [None] * 2
-
-
-def test_one_film_under_two_names_is_refused(tmp_path: Path, prototype: Badge, lost: dict[str, Fault]):
-    """Catches: a film that counts twice, rows thrown away with the refusal."""
-    manifest = manifest_of(tmp_path, ("a.txt", "0 aa"), ("b.txt", "0 aa"))
-    with pytest.raises(SpecError, match=r"lines 2 and 3 list one film with one claim \('a.txt' and 'b.txt'\)"):
-        run(manifest, prototype)
-    assert len(begun(tmp_path)) == 2 == len(table_of(tmp_path))
-    manifest.write_text("video,label,claim,group\na.txt,genuine,,\n./a.txt,forged,,\na.txt,forged,,\n")
-    with pytest.raises(SpecError, match="lines 2 and 3 list one film"):
-        run(manifest, prototype)
-    assert begun(tmp_path) == []
-
-
-@pytest.mark.slow
-def test_a_run_that_is_killed_loses_no_finished_row(tmp_path: Path, prototype: Badge):
-    """Catches: rows held back in memory, a run that begins anew, children that outlive it and work on."""
-    manifest = manifest_of(tmp_path, *((f"f{k}.txt", f"0.15 {k}") for k in range(12)))
-    (tmp_path / "badge.json").write_text(prototype.to_json())
-    code = (
-        "import sys; sys.path[:0] = sys.argv[3:]\n"
-        "from pathlib import Path\n"
-        "from test_collect import run\n"
-        "from moireid.badge import load_badge\n"
-        "if __name__ == '__main__': run(Path(sys.argv[1]), load_badge(Path(sys.argv[2])))"
-    )
-    paths = [str(Path(moireid.__file__).parent.parent), str(TESTS), str(Path(__file__).parent)]
-    process = subprocess.Popen([sys.executable, "-c", code, str(manifest), str(tmp_path / "badge.json"), *paths])
-    last = time.monotonic() + 90
-    while len(table_of(tmp_path)) < 4:
-        assert process.poll() is None and time.monotonic() < last
-        time.sleep(0.01)
-    children = psutil.Process(process.pid).children(recursive=True)
-    process.send_signal(signal.SIGKILL)
-    process.wait()
-    assert children and psutil.wait_procs(children, timeout=last - time.monotonic())[1] == []
-    finished = len(table_of(tmp_path))
-    steps: list[tuple[int, ...]] = []
-    assert len(run(manifest, prototype, progress=lambda *now: steps.append(now))) == 12
-    # The last number says how many films were reused from the run before.
-    assert 4 <= finished < 12 and steps[-1] == (12, 12, 0, finished)
-
-
-def test_the_film_is_scored_where_it_was_fetched_to(films: Path, prototype: Badge, tmp_path: Path):
-    """Catches: an error that names a folder drawn anew each time, a fetched film's digest left out."""
-    broken = tmp_path / "film.mp4"
-    broken.write_bytes(b"no film at all")
-    (entry,) = read_manifest(manifest_of(tmp_path, ("film.mp4", "")), badge=prototype).entries
-    row = score_film(Job(entry, "moireid"), str(films / "README.md"))
-    assert row["fault"] == "film" and str(films) not in row["error"] and entry.video in row["error"]
-    assert len(row["sha256"]) == 64 and set(row) == set(ScoredRow.__struct_fields__)
-    assert failed_row(LostJob("gone", 1.0, "worker"))["again"]

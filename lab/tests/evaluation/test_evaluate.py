@@ -18,15 +18,13 @@ from moireid.badge import Badge
 from moireid.cli.main import moireid
 from moireid.errors import SpecError
 from moireid.registry import open_registry
-from moireid.result_cache import keep_row, kept_rows, program_digest
-from moireid.verifier.decision.figures import calibrated_log10
 from moireid.verifier.video import decoder_version
 from moireid_lab.archive.isolated import LostJob
 from moireid_lab.evaluation import statistics
 from moireid_lab.evaluation.collect import ScoredFilm
 from moireid_lab.evaluation.film_rows import FIGURES, Row, failed_row
-from moireid_lab.evaluation.manifest import COLUMNS, Entry, read_manifest
-from moireid_lab.evaluation.plots import PLOTS, _steps, write_plots
+from moireid_lab.evaluation.manifest import COLUMNS, read_manifest
+from moireid_lab.evaluation.plots import PLOTS, write_plots
 from moireid_lab.evaluation.summary import summarise
 from moireid_lab.evaluation.table import table
 
@@ -72,44 +70,6 @@ def test_an_interval_of_the_area_keeps_what_it_promises(rng):
     assert 0.92 <= inside / 400 <= 0.99
 
 
-@pytest.mark.parametrize(
-    ("genuine", "forged", "threshold", "accuracy", "balanced"),
-    [
-        # Above 4 and above 2 both put four of five right; the second lets no genuine film go.
-        (scores(5, 3), scores(4, 2, 1), 2.5, 0.8, 5 / 6),
-        # Here the first of two ties is the balanced one.
-        (scores(5, 4, 2), scores(3, 1), 3.5, 0.8, 5 / 6),
-        (scores(2, 3), scores(0, 1), 1.5, 1.0, 1.0),
-        # All forged films score higher: accepting nothing is best, or everything, whichever kind is commoner.
-        (scores(0), scores(1, 2), math.nextafter(2, 3), 2 / 3, 0.5),
-        (scores(0, 0.5), scores(1), 0.0, 2 / 3, 0.5),
-    ],
-)
-def test_the_threshold_of_greatest_accuracy(genuine, forged, threshold, accuracy, balanced):
-    """Catches: a tie left to chance, the middle of the wrong gap, a threshold that does not give its own accuracy."""
-    best = statistics.best_threshold(genuine, forged)
-    assert best.threshold == pytest.approx(threshold, rel=1e-15)
-    assert best.accuracy == pytest.approx(accuracy) and best.balanced_accuracy == pytest.approx(balanced)
-    right = (genuine >= best.threshold).sum() + (forged < best.threshold).sum()
-    assert right / (len(genuine) + len(forged)) == pytest.approx(accuracy)
-    assert best.false_accept == np.mean(forged >= best.threshold)
-    assert best.false_reject == pytest.approx(np.mean(genuine < best.threshold))
-
-
-def test_welch_and_cohen_by_hand(rng):
-    """Catches: pooled for apart, n for n - 1, the difference the wrong way round."""
-    genuine, forged = scores(4, 6), scores(0, 1, 2, 3)
-    found = statistics.welch(genuine, forged)
-    assert found is not None
-    assert (found.t, found.df, found.difference) == pytest.approx((2.940588, 1.897146, 3.5), rel=1e-5)
-    assert found.interval[0] < 0 < 3.5 < found.interval[1]
-    assert statistics.cohens_d(genuine, forged) == pytest.approx(3.5 / math.sqrt(1.75))
-    known = statistics.cohens_d(rng.normal(0.87, 0.1, 5000), rng.normal(0.57, 0.1, 5000))
-    assert known == pytest.approx(3.0, abs=0.1)
-    assert statistics.welch(scores(1), forged) is None and statistics.welch(scores(1, 1), scores(2, 2)) is None
-    assert statistics.cohens_d(scores(1, 1), scores(2, 2)) is None and statistics.cohens_d(scores(1), forged) is None
-
-
 def test_intervals_of_rates_and_resampled_figures(rng):
     """Catches: a rate of nothing with an interval of nothing, resampling without the seed, too few films resampled."""
     assert statistics.interval(0, 8) == pytest.approx((0, 1 - 0.025 ** (1 / 8)))
@@ -153,17 +113,6 @@ def test_the_cost_of_ratios_is_that_of_known_gaussians(rng):
     assert statistics.least_cllr(3 * true, 3 * false) == pytest.approx(statistics.least_cllr(true, false))
 
 
-def test_calibration_on_a_few_films_is_the_one_done_by_hand():
-    """Catches: ties in their given order, a prior that is forgotten, ratios that are endless and make no number."""
-    assert statistics.least_cllr(scores(2, 3), scores(0, 1)) == 0.0
-    # All films pool, so every ratio is 1 whatever the numbers of films.
-    assert statistics.least_cllr(scores(0), scores(1, 2, 3)) == pytest.approx(1.0)
-    assert statistics.least_cllr(scores(1, 1), scores(1)) == pytest.approx(1.0)
-    # 1 and 2 pool, half genuine, which is a ratio of 1/2 against the prior's 2: half of each side has that.
-    pooled = (math.log2(1 + 2) / 2 + math.log2(1 + 0.5)) / 2
-    assert statistics.least_cllr(scores(1, 3), scores(2)) == pytest.approx(pooled)
-
-
 def written(folder: Path, *rows: str, header: str = "video,label,claim,group") -> Path:
     """A manifest next to some files in place of films."""
     for name in ("a.mp4", "b.mp4"):
@@ -194,21 +143,6 @@ def test_a_manifest_that_cannot_be_used_is_refused(tmp_path: Path, prototype: Ba
     assert words in str(refused.value)
 
 
-def test_columns_that_lack_or_come_twice_are_named(tmp_path: Path, prototype: Badge):
-    """Catches: a KeyError, a column that silently holds for another."""
-    for header, words in (
-        ("video,label", "no column claim and no column group"),
-        ("", "no column video"),
-        ("video,label,claim,group,Label", "twice"),
-    ):
-        with pytest.raises(SpecError, match=words):
-            read_manifest(written(tmp_path, "a.mp4,genuine", header=header), badge=prototype)
-    with pytest.raises(SpecError, match="cannot be read"):
-        read_manifest(tmp_path / "absent.csv", badge=prototype)
-    with pytest.raises(SpecError, match="add --badge"):
-        read_manifest(written(tmp_path, "a.mp4,genuine"))
-
-
 def test_claims_are_files_names_or_ids(tmp_path: Path, prototype: Badge, ada: Badge):
     """Catches: a path taken from where the command runs, an empty group, a name that is not looked up."""
     (tmp_path / "ada.json").write_text(ada.to_json(), encoding="utf-8")
@@ -235,20 +169,6 @@ def test_the_manifest_of_the_films_made_outside_lists_them_all(films: Path):
 
 def row_of(score: float | None, verdict: str = "accept") -> Row:
     return failed_row(LostJob("", 1.0, "film")) | {"score": score, "verdict": verdict, "error": None}
-
-
-def test_kept_rows_outlive_a_line_that_was_cut_off(tmp_path: Path):
-    """Catches: the next row written onto the end of a broken line, an old row that outlives a newer one."""
-    path = tmp_path / "kept.jsonl"
-    keep_row(path, "a", {"n": 1})
-    with path.open("a") as file:
-        file.write('{"key": "b", "ro')
-    keep_row(path, "c", {"n": 3})
-    keep_row(path, "a", {"n": 4})
-    with path.open("a") as file:
-        file.write('[1]\n{"key": 1, "row": {}}\n')
-    assert kept_rows(path) == {"a": {"n": 4}, "c": {"n": 3}} and kept_rows(tmp_path / "absent") == {}
-    assert program_digest("verifier") != program_digest("registry") != program_digest()
 
 
 def collection(*films: tuple[str, str, float | None]) -> list[ScoredFilm]:
@@ -288,71 +208,6 @@ def test_films_without_a_score_are_counted_apart_and_as_least_genuine(tmp_path: 
     assert "0.845" in text and "0.870 ± 0.140" in text and "paper, other films" in text and "nan" not in text
     for path in write_plots(document, tmp_path):
         assert path.read_text(encoding="utf-8").rstrip().endswith("</svg>")
-
-
-def test_attacks_are_reported_by_their_kind_and_the_worst_of_them(tmp_path: Path):
-    """Catches: kinds averaged into one rate, inconclusive films taken for caught or accepted, a wrong worst kind."""
-    films = (
-        *[("g", "genuine", 0.9)] * 3,
-        ("g", "genuine", 0.1),
-        *[("g", "forged:late", 0.8)],
-        *[("g", "forged:late", -3.0)] * 3,
-        *[("g", "forged:photo", 0.7)],
-        *[("g", "forged:photo", -1.0)],
-        ("g", "forged", -2.0),
-    )
-    made = collection(*films)
-    # The forged film of no kind is inconclusive, and one of the late ones failed.
-    made[-2].row["verdict"], made[8].row["verdict"] = "inconclusive", "accept"
-    made[10].row["verdict"] = "failed"
-    document = json.loads(json.dumps(summarise(made, seed=0), allow_nan=False))
-    found = document["pipelines"]["moireid"]["iso_30107_3"]
-    rates = {one["kind"]: (one["apcer"]["rate"], one["apnrr"]["rate"]) for one in found["attacks"]}
-    assert rates == {"late": (0.25, 0.25), "photo": (0.5, 0.0), "not named": (0.0, 1.0)}
-    assert (found["apcer_max"]["kind"], found["apcer_max"]["films"], found["apcer_max"]["of"]) == ("photo", 1, 2)
-    assert found["apcer_max"]["interval"] == pytest.approx(statistics.interval(1, 2))
-    assert found["bpcer"]["rate"] == 0.25 and found["bpnrr"]["rate"] == 0.0
-    ratio = document["pipelines"]["moireid"]["likelihood_ratio"]
-    assert ratio["cllr"] == pytest.approx(ratio["cllr_min"] + ratio["calibration_loss"])
-    true = [calibrated_log10(score) for _, label, score in films if label == "genuine"]
-    false = [calibrated_log10(score) for _, label, score in films if label != "genuine"]
-    assert ratio["cllr"] == pytest.approx(statistics.cllr(scores(*true), scores(*false)))
-    assert ratio["misleading"]["forged"]["films"] == sum(odds > 0 for odds in false)
-    assert ratio["misleading"]["genuine"]["films"] == sum(odds < 0 for odds in true)
-    # The published score is a correlation, and no ratio.
-    assert set(document["pipelines"]["published"]["likelihood_ratio"]) == {"cllr_min"}
-    # At -1 and more: all genuine ones, and three forged; 0.927 accepts nothing.
-    limits = {name: document["pipelines"][name]["at_limit"] for name in ("moireid", "published")}
-    assert limits["moireid"]["accuracy"] == pytest.approx(8 / 11)
-    assert limits["published"]["balanced_accuracy"] == pytest.approx(0.5)
-    text = table(document)
-    assert "APCER, greatest of any kind" in text and "BPNRR" in text and "Cllr" in text
-    assert {path.name for path in write_plots(document, tmp_path)} >= {"roc.svg", "tippett.svg"}
-
-
-def test_a_curve_over_thresholds_is_that_of_the_films(tmp_path: Path):
-    """Catches: shares of films above a score for those at it and above, a curve that ends at its last film."""
-    document = json.loads(
-        json.dumps(
-            summarise(
-                collection(("a", "genuine", 0.5), ("a", "genuine", 1.0), ("a", "genuine", None), ("a", "forged", -1.0)),
-                seed=0,
-            )
-        )
-    )
-    at, shares = _steps(document["pipelines"]["moireid"]["all_films"], "true_accept", -8.0, 3.0)
-    assert at.tolist() == [-8, -1, -1, 0.5, 0.5, 1, 1, 3]
-    assert shares == pytest.approx(np.repeat([2 / 3, 2 / 3, 1 / 3, 0], 2))
-
-
-def test_films_of_one_kind_alone_have_no_roc_but_the_rest(tmp_path: Path):
-    """Catches: a division by the number of forged films, an AUC of 0 for none."""
-    document = summarise(collection(("a", "genuine", 0.9), ("b", "genuine", 0.7)), seed=0)
-    ours = document["pipelines"]["moireid"]
-    assert "auc" not in ours["scored_films"] and "no forged film" in ours["all_films"]["missing"]
-    assert ours["groups"][0]["mean"] == 0.9
-    assert "no forged film has a score, so there is no ROC" in table(document)
-    assert len(write_plots(document, tmp_path)) == len(PLOTS)
 
 
 @pytest.mark.slow
@@ -395,29 +250,3 @@ def test_a_collection_is_scored_by_both_pipelines(films: Path, tmp_path: Path):
     assert again.exit_code == 0 and "3 films: 2 genuine, 1 forged" in again.stdout and "failed:" in again.stdout
     assert part.read_bytes() == kept
     assert "0 films in" not in again.stderr
-
-
-@pytest.mark.parametrize(
-    "more", [["--scheduler", "tcp://a.test:1"], ["--scheduler", "tcp://127.0.0.1:1", "--workers", "2"]]
-)
-def test_a_scheduler_that_cannot_be_used_is_reported(tmp_path: Path, films: Path, more: list[str]):
-    """Catches: a traceback of another package, films scored here when they were to be scored there."""
-    manifest = written(tmp_path, "a.mp4,genuine,,", "b.mp4,forged,,")
-    command = ["evaluate", str(manifest), "--badge", str(films / "badge.json"), "--out", str(tmp_path / "out"), *more]
-    ran = CliRunner().invoke(moireid, command)
-    assert ran.exit_code == 2 and not ran.stdout and ran.stderr.count("\n") == 1, ran.stderr
-    assert ran.stderr.startswith(("error: every program that reaches the scheduler", "error: 2 workers are asked for"))
-    assert not (tmp_path / "out" / "results.jsonl").exists()
-
-
-def test_a_manifest_names_corners(tmp_path: Path, prototype: Badge):
-    """Catches: corners passed over, read from elsewhere, or found wrong only when the film is scored."""
-    (tmp_path / "corners.csv").write_text("frame,x1,y1,x2,y2,x3,y3,x4,y4\n0,10,10,90,12,92,80,11,85\n")
-    header = "video,label,claim,group,corners"
-    found: tuple[Entry, ...] = read_manifest(
-        written(tmp_path, "a.mp4,genuine,,,corners.csv", "b.mp4,genuine,,,", header=header), badge=prototype
-    ).entries
-    assert found[0].corners is not None and found[0].corners[0][1] == pytest.approx([90, 12])
-    assert found[1].corners is None
-    with pytest.raises(SpecError, match="line 2 of films"):
-        read_manifest(written(tmp_path, "a.mp4,genuine,,,none.csv", header=header), badge=prototype)

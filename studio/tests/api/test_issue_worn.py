@@ -12,7 +12,6 @@ import zipfile
 from pathlib import Path
 from typing import Any
 
-import httpx
 import numpy as np
 import pypdfium2 as pdfium
 import pytest
@@ -20,11 +19,9 @@ from click.testing import CliRunner
 from PIL import Image
 
 from kit.webbing import OpenStudio, Visit
-from moireid.artwork.template import TEMPLATES
 from moireid.badge import badge_from_json
 from moireid.cli.main import moireid
 from moireid.designer.formats import FORMATS
-from moireid_studio.pages.issue_pages import CHOICES
 
 MAGENTA, GREEN = (255, 0, 255), (0, 160, 0)
 LOGO = b'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 60 20"><path d="M0 0h60v20H0z" fill="#ff00ff"/></svg>'
@@ -54,12 +51,6 @@ def fields_of(page: str) -> dict[str, str]:
     return {name: html.unescape(value) for name, value in found.items()}
 
 
-def problem_of(answer: httpx.Response) -> str:
-    found = re.search(r'role="alert" id="problem">(.*?)</p>', answer.text, re.S)
-    assert answer.status_code == 422 and found is not None, answer.text[:2000]
-    return html.unescape(found.group(1))
-
-
 def made(visit: Visit, job: str) -> tuple[dict[str, Any], dict[str, bytes]]:
     """The result of a job of issuing, and the files of its package by name."""
     begun = time.monotonic()
@@ -76,16 +67,6 @@ def share(picture: Image.Image, colour: tuple[int, int, int]) -> float:
     """How much of a picture has about that colour."""
     pixels = np.asarray(picture.convert("RGB"), dtype=int)
     return float((np.abs(pixels - colour).max(axis=-1) < 40).mean())
-
-
-def test_the_choices_are_those_of_the_command() -> None:
-    """Catches: a format or template that the studio lacks, or that it has by itself."""
-    assert {value for value, _, _ in CHOICES["formats"]} == set(FORMATS)
-    assert {value for value, _, _, _ in CHOICES["styles"]} == {"", *TEMPLATES} - {"plain"}
-    for value, _, words in CHOICES["formats"]:
-        form = FORMATS[value]
-        for figure in (*form.size_mm, *form.range_m):
-            assert re.search(rf"(?<![\d.]){figure:g}(?![\d.])", words), words
 
 
 @pytest.mark.slow
@@ -167,47 +148,3 @@ def test_a_wish_gives_the_command_s_own_badge(
     by_command = badge_from_json((out / "badge.json").read_text())
     assert answer.status_code == 200, answer.text
     assert badge_from_json(json.dumps(answer.json()["badge"])) == by_command
-
-
-@pytest.mark.parametrize(
-    ("fields", "arguments", "words"),
-    [
-        ({"colour": "blurple"}, ["--colour", "blurple"], "colour 'blurple'"),
-        ({"lines": "a\nb\nc\nd\ne"}, [part for line in "abcde" for part in ("--line", line)], "5 lines are too many"),
-        ({"lines": "x" * 81}, ["--line", "x" * 81], "has 81 characters"),
-        ({"format": "a7", "far_m": "3"}, ["--format", "a7", "--range", "0.3-3"], "choose a range within"),
-    ],
-)
-def test_a_fault_is_the_command_s_sentence_and_nothing_is_lost(
-    visit: Visit, fields: dict[str, str], arguments: list[str], words: str, tmp_path: Path
-) -> None:
-    """Catches: another sentence, a form that forgets what was typed or which pictures were chosen."""
-    typed = {
-        "name": "Ada",
-        "lines": "Guest",
-        "format": "board",
-        "markers": "squares",
-        "lens": "",
-        "do": "check",
-    } | fields
-    files = {"logo": ("logo.svg", LOGO)}
-    answer = visit.ask("POST", "/issue", "issuer", data=typed, files=files)
-    (tmp_path / "logo.svg").write_bytes(LOGO)
-    own = [] if "lines" in fields else ["--line", "Guest"]
-    logo = ["--logo", str(tmp_path / "logo.svg")]
-    result = CliRunner().invoke(moireid, ["print", "Ada", "--out", str(tmp_path / "out"), *logo, *own, *arguments])
-    assert result.exit_code == 2 and words in result.stderr, result.stderr
-    assert problem_of(answer) == result.stderr.removeprefix("error: ").strip()
-    again = fields_of(answer.text)
-    assert {name: again[name] for name in typed if name != "do"} == {
-        name: typed[name] for name in typed if name != "do"
-    }
-    assert re.fullmatch("[0-9a-f]{32}", again["kept"]) and "logo.svg" in answer.text
-    # A picture that cannot be used is named, and takes no other with it.
-    bad = {"portrait": ("../f<b>.png", b"no picture")}
-    worse = visit.ask("POST", "/issue", "issuer", data=again | {"do": "check"}, files=bad)
-    assert problem_of(worse).startswith("portrait f<b>.png is no picture") and "<b>" not in worse.text
-    assert fields_of(worse.text)["kept"] == again["kept"]
-    # And one that is not wanted any more can be left out.
-    without = visit.ask("POST", "/issue", "issuer", data=again | {"without_logo": "yes", "colour": "x"})
-    assert "kept" not in fields_of(without.text)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import sqlite3
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -11,15 +10,12 @@ from typing import Any
 from urllib.parse import quote
 
 import pytest
-from click.testing import CliRunner
 
 from kit.webbing import Visit, film_form, studio, tiny_film
 from kit.witnesses import Witness
 from moireid.badge import Badge
-from moireid.cli.main import moireid
 from moireid.cli.witness_options import WitnessCheck
 from moireid.designer import Order, design_badge
-from moireid.errors import RegistryError
 from moireid.registry.checkpoints.cosignature import Quorum
 
 
@@ -42,20 +38,6 @@ def test_a_badge_is_revoked_once_and_for_everybody(visit: Visit, ada: Badge) -> 
     assert visit.ask("POST", path, "issuer", json={"reason": "found"}).status_code == 422
     assert visit.ask("GET", f"/api/registry/{ada.id}", "verifier").json()["revoked_reason"] == "lost"
     assert visit.ask("POST", "/api/registry/0000/revoke", "issuer", json={"reason": "lost"}).status_code == 404
-
-
-def test_the_api_audits_as_the_command_does(visit: Visit, tmp_path: Path) -> None:
-    """Catches: an audit that finds nothing, or reports other things than the command."""
-    database = tmp_path / "registry.sqlite3"
-    command = ["registry", "audit", "--registry", f"sqlite:///{database}", "--json"]
-    for sound in (True, False):
-        said = visit.ask("POST", "/api/registry/audit", "issuer", json={}).json()
-        printed = json.loads(CliRunner().invoke(moireid, command, standalone_mode=False).stdout)
-        assert said == {name: value for name, value in printed.items() if name != "registry"}
-        assert said["sound"] is sound and bool(said["findings"]) is not sound
-        if sound:
-            with sqlite3.connect(database) as tampered:
-                tampered.execute("update badges set signature = 'x'")
 
 
 def test_an_audit_says_which_witnesses_have_signed(visit: Visit, tmp_path: Path) -> None:
@@ -128,25 +110,6 @@ def test_a_verifier_learns_no_identity(
         assert not [one for one in secret for text in result if one in text]
         answer = visit.ask("POST", "/api/jobs", "admin", **film_form(film, kind="verify", claim=ada.name))
         assert visit.wait(answer.json()["id"])["result"]["identity"]["claimed_id"] == ada.id
-
-
-def test_a_registry_that_is_put_back_while_the_studio_runs_judges_nothing(
-    ada: Badge, films: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Catches: a studio that looks at the registry's head only when it starts; an address that visitors are shown."""
-    monkeypatch.setenv("MOIREID_KEYS", str(tmp_path / "keys"))
-    database, film = tmp_path / "registry.sqlite3", tiny_film(films / "genuine_1.0m.mp4", tmp_path / "film.mp4")
-    with studio(tmp_path, ada) as visit:
-        before = database.read_bytes()
-        visit.studio.registry.revoke(str(ada.id), "lost")
-        visit.studio.standing()
-        database.write_bytes(before)
-        for fields in ({"kind": "verify", "claim": ada.name}, {"kind": "identify"}):
-            answer = visit.ask("POST", "/api/jobs", "verifier", **film_form(film, **fields))
-            assert answer.status_code == 503 and answer.json()["code"] == "registry"
-            assert "rolled back" in answer.json()["text"] and "sqlite" not in answer.text
-    with pytest.raises(RegistryError, match="rolled back"), studio(tmp_path):
-        pass
 
 
 def test_no_answer_shows_a_registry_that_was_put_back(visit: Visit, ada: Badge, tmp_path: Path) -> None:

@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import re
-import socket
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -16,7 +13,6 @@ from kit.webbing import ORIGIN, OpenStudio, Visit, studio
 from moireid.badge import Badge
 from moireid.cli.main import moireid
 from moireid.errors import SpecError
-from moireid.registry import open_registry
 from moireid.scheduler import is_loopback
 from moireid_studio.auth.guard import COOKIE, rules_of
 from moireid_studio.auth.tokens import Tokens
@@ -87,6 +83,7 @@ def test_every_route_names_its_rule(visit: Visit) -> None:
             assert [set(rule.roles) for rule in rules] == [expected(route.path)], route.path
 
 
+@pytest.mark.claim("A token can do its role's work alone")
 @pytest.mark.parametrize("role", [None, "issuer", "verifier", "monitor", "admin"])
 def test_a_role_cannot_do_anothers_work(visit: Visit, role: str | None) -> None:
     """Catches: a rule that is named and not kept; a route that answers before it asks who it is."""
@@ -215,40 +212,3 @@ def test_the_command_refuses_what_is_not_safe_or_not_there(tmp_path: Path) -> No
     for arguments, words in ((["--no-auth", "--host", "0.0.0.0"], "--host 127.0.0.1"), ([], "there is no registry")):
         done = CliRunner().invoke(moireid, ["serve", "--registry", url, "--data", data, *arguments])
         assert done.exit_code == 2 and words in done.output, done.output
-
-
-def test_a_port_that_is_taken_is_reported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Catches: a traceback, or a studio that no one reaches, where another program has the port."""
-    monkeypatch.setenv("MOIREID_KEYS", str(tmp_path / "keys"))
-    url = f"sqlite:///{tmp_path}/registry.sqlite3"
-    open_registry(url, create=True).close()
-    with socket.create_server(("127.0.0.1", 0)) as taken:
-        port = str(taken.getsockname()[1])
-        arguments = ["serve", "--no-auth", "--registry", url, "--data", str(tmp_path / "studio"), "--port", port]
-        done = CliRunner().invoke(moireid, arguments)
-    assert done.exit_code == 2 and f"nothing can listen on port {port}" in done.output, done.output
-
-
-def test_tokens_by_command(tmp_path: Path) -> None:
-    """Catches: a token that is not printed alone, a list that shows it, a revocation that does nothing."""
-    data = ["--data", str(tmp_path)]
-    made = CliRunner().invoke(moireid, ["token", "create", "--role", "verifier", "--note", "desk", *data])
-    assert made.exit_code == 0
-    secret = made.stdout.strip()
-    listed = CliRunner().invoke(moireid, ["token", "list", *data]).stdout
-    assert secret not in listed and "verifier" in listed and "desk" in listed
-    token_id = listed.split()[0]
-    assert CliRunner().invoke(moireid, ["token", "revoke", token_id, *data]).exit_code == 0
-    assert "revoked" in CliRunner().invoke(moireid, ["token", "list", *data]).stdout
-    assert Tokens(tmp_path).find(secret) is None
-    assert CliRunner().invoke(moireid, ["token", "create", "--role", "king", *data]).exit_code == 2
-
-
-def test_the_program_does_not_load_the_studio() -> None:
-    """Catches: a verify or a --help that pays for FastAPI."""
-    code = (
-        "import sys, moireid.cli.main, moireid_studio.auth.tokens\n"
-        "print(*[m for m in ('fastapi', 'uvicorn', 'starlette', 'moireid_studio.app') if m in sys.modules])"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.split() == []

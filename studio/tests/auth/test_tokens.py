@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
-from datetime import datetime, timedelta
+from datetime import timedelta
 from pathlib import Path
 
 import httpx
 import pytest
-from click.testing import CliRunner
 
 from kit.registries import badge_of
 from kit.webbing import Visit, studio
-from moireid.cli.main import moireid
 from moireid_studio.auth import tokens as token_times
 from moireid_studio.auth.guard import COOKIE
 
@@ -68,16 +65,6 @@ def test_tokens_and_sessions_end_by_themselves(visit: Visit, monkeypatch: pytest
     assert late and tokens.of_session(late)
     tokens.revoke(tokens.find(long).id)
     assert tokens.of_session(late) is None
-
-
-def test_a_token_lasts_ninety_days_unless_said(tmp_path: Path) -> None:
-    """Catches: a default without end; a lifetime of the wrong unit."""
-    run, create = CliRunner().invoke, ["token", "create", "--role", "admin", "--data", str(tmp_path)]
-    for more, days in (((), 90.0), (("--expires", "2"), 2.0)):
-        created = json.loads(run(moireid, [*create, "--json", *more]).stdout)
-        made, ends = (datetime.fromisoformat(created[key]) for key in ("made_at", "expires_at"))
-        assert abs((ends - made).total_seconds() - days * 86400) < 2
-    assert run(moireid, [*create, "--expires", "9999"]).exit_code == 2
 
 
 def test_what_a_visitor_does_is_logged_by_their_token(visit: Visit) -> None:

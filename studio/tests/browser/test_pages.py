@@ -10,7 +10,6 @@ import re
 import signal
 import subprocess
 import sys
-import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -181,27 +180,3 @@ def shown(ada: Badge, films: Path, tmp_path_factory: pytest.TempPathFactory) -> 
         "✗ Genuine, but held by no one in this registry": badge_film(grace, folder / "grace.mp4"),
         "? Cannot tell: the film is too short": tiny_film(films / "genuine_1.0m.mp4", folder / "other.mp4"),
     }
-
-
-def test_the_other_pages_and_the_keyboard(visitor: Visitor, served: tuple[str, str]) -> None:
-    """Catches: a first stop that is not the way past the navigation, focus that is not seen, pages hard to read."""
-    page = visitor.page
-    for path, name in (("/", "home"), ("/help", "help")):
-        visitor.go(path)
-        visitor.look(name)
-    page.keyboard.press("Tab")
-    assert page.evaluate("document.activeElement.textContent") == "Skip to the content"
-    assert page.evaluate("getComputedStyle(document.activeElement).outlineStyle") == "solid"
-    page.emulate_media(color_scheme="dark")
-    visitor.look("help-dark")
-    visitor.go("/verify")
-    visitor.look("verify-dark")
-    visitor.go("/nowhere")
-    visitor.faults.clear()
-    visitor.look("nothing-here")
-    page.get_by_role("button", name="Sign out").click()
-    time.sleep(0.1)
-    visitor.go("/registry")
-    visitor.faults.clear()
-    expect(page.get_by_role("alert")).to_contain_text("Sign in with a token")
-    visitor.look("sign-in")

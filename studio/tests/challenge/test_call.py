@@ -7,18 +7,14 @@ from __future__ import annotations
 
 import random
 from collections import Counter
-from dataclasses import replace
 from typing import Any
 
-import cv2
-import numpy as np
 import pytest
 
 from kit.payloads import payload_for_name
 from moireid.badge import Badge
 from moireid.designer import Order, design_badge
 from moireid.question import Question
-from moireid.verifier.picture import Frame
 from moireid_lab.bench.live import FACE_MM, Caller, PausingPlayer, answer, coded, course_of, frames, portrait
 from moireid_studio.challenge.challenge import (
     FACE,
@@ -27,11 +23,10 @@ from moireid_studio.challenge.challenge import (
     draw_prompts,
     judge_delay,
     judge_prompt,
-    judge_unbroken,
     over_s,
     sideways,
 )
-from moireid_studio.challenge.chance import COUNT_S, LEAST_WIDTH_PX, TileWatch, likeliest_chance, same_moves_chance
+from moireid_studio.challenge.chance import likeliest_chance, same_moves_chance
 from moireid_studio.challenge.clock import CALL, HERE, SPREAD_S, Pace
 from moireid_studio.challenge.session import LiveCheck
 
@@ -52,14 +47,6 @@ def test_a_call_leaves_time_for_reading_and_for_its_way(after_s: float, here: st
     asked = Prompt("left", 3.0)
     seen = course([("left", 3.0 + after_s)])
     assert (judge_prompt(seen, asked, HERE).level, judge_prompt(seen, asked, CALL).level) == (here, call)
-
-
-def test_a_detour_is_no_answer_however_long_a_call_waits() -> None:
-    """Catches: a clip of many moves that finds the right one within the time that a call allows."""
-    asked = Prompt("up", 3.0)
-    assert judge_prompt(course([("up", 4.5)]), asked, CALL).level == "pass"
-    around = course([("left", 3.8), ("right", 5.4), ("up", 7.0)])
-    assert judge_prompt(around, asked, CALL).level == "fail"
 
 
 def test_a_prompt_of_a_call_is_over_once_it_was_followed() -> None:
@@ -85,17 +72,6 @@ def test_answers_of_one_delay_pass_and_of_a_delay_that_jumps_stay_open() -> None
     assert judge_delay([]).level == "undecided"
 
 
-def test_two_lost_pictures_are_no_jump_and_a_jump_is_no_rejection() -> None:
-    """Catches: an honest person who is rejected because the line falters."""
-    asked = [Prompt(FACE, 3.0)]
-    seen = course([(FACE, 4.0)])
-    moving = int(np.argmin(np.abs(seen.times_s - 4.4)))
-    for lost, level in ((2, "pass"), (12, "undecided")):
-        place = seen.place.copy()
-        place[moving : moving + lost] = place[moving - 1]
-        assert judge_unbroken(replace(seen, place=place), asked, seen.times_s, CALL).level == level
-
-
 def test_the_stated_chance_is_that_of_the_draws_and_owes_nothing_to_times() -> None:
     """Catches: a chance that is smaller than that of somebody who pauses a film until each prompt."""
     chance = random.Random(3)
@@ -108,25 +84,6 @@ def test_the_stated_chance_is_that_of_the_draws_and_owes_nothing_to_times() -> N
     drawn = [draw_prompts(0.0, chance, pace=CALL) for _ in range(200)]
     assert {len(one) for one in drawn} == {CALL.moves}
     assert min(sum(sideways(prompt.move) for prompt in one) for one in drawn) == CALL.sideways
-
-
-@pytest.mark.slow
-def test_a_small_tile_and_two_people_in_it_are_named() -> None:
-    """Catches: a verdict on one of two people; a tile too small that is blamed on the person."""
-    one = portrait()
-    two = np.hstack([one[:, 320:960], one[:, 320:960]])
-    for picture, codes in ((one, []), (two, ["faces"]), (cv2.resize(one, (320, 180)), ["tile"])):
-        watch = TileWatch()
-        for k in range(4):
-            watch.push(Frame(k, k * COUNT_S, np.asarray(picture, np.uint8)))
-        assert [reason.code for reason in watch.reasons()] == codes
-        assert all(reason.level == "undecided" for reason in watch.reasons())
-    assert watch.reasons()[0].text.startswith("The tile is 320 px wide; enlarge it")
-    assert LEAST_WIDTH_PX > 320
-    assert not watch.repeated(one, 10.0) and watch.repeated(one.copy(), 10.04)
-    assert not watch.repeated(one, 10.2) and not watch.repeated(two, 10.21)
-    watch.moved = True
-    assert "tile_moved" in [reason.code for reason in watch.reasons()]
 
 
 MOVES = ("left", "right", FACE, "right", "left")

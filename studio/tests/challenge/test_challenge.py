@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 import pytest
 
-from moireid_lab.bench.live import FACE_MM, REST_MM, WEBCAM, answer, course_of, passes, replays_passed
+from moireid_lab.bench.live import FACE_MM, WEBCAM, answer, course_of, replays_passed
 from moireid_studio.challenge import challenge, clock
 from moireid_studio.challenge import chance as chances
 from moireid_studio.challenge.challenge import (
@@ -24,7 +24,7 @@ from moireid_studio.challenge.challenge import (
     moved,
     place_of,
 )
-from moireid_studio.challenge.clock import SETTLE_S, SLACK_S, BoundedClock
+from moireid_studio.challenge.clock import SLACK_S, BoundedClock
 
 EACH = ["left", "right", "down", "up", "nearer", "farther", FACE]
 
@@ -76,23 +76,6 @@ def test_a_badge_that_is_not_seen_or_never_rests_does_not_pass() -> None:
     assert judge_prompt(unseen, prompts[0]).level == "undecided"
     swing = course.place + np.column_stack([np.sin(6 * course.times_s), *np.zeros((2, len(course.times_s)))])
     assert judge_prompt(replace(course, place=swing), prompts[0]).level == "fail"
-
-
-def test_a_prompt_is_not_failed_by_pictures_that_never_came() -> None:
-    """Catches: a hold before the face that is too short because its pictures were lost; a badge that was hidden, with
-    all pictures there, taken for a bad connection."""
-    course, prompts = follow([FACE])
-    frames_s, at_s = course.times_s, prompts[0].at_s
-    lost = (frames_s > at_s + 1.6) & (frames_s < at_s + 2.2)
-    broken = PromptPath(
-        frames_s[~lost], course.place[~lost], course.before_face[~lost] & (frames_s[~lost] < at_s + 2.6)
-    )
-    for seen_s, level, words in (
-        (broken.times_s, "undecided", "no picture came for 0.6 s"),
-        (frames_s, "fail", "stay"),
-    ):
-        reason = judge_prompt(broken, prompts[0], frames_s=seen_s)
-        assert (reason.level, words in reason.text) == (level, True), reason.text
 
 
 def test_pieces_of_an_older_clip_are_told_by_their_seams() -> None:
@@ -163,6 +146,7 @@ def test_challenges_stay_in_reach_and_differ() -> None:
     assert set(WAYS) <= {move for moves in seen for move in moves} and max(seen.values()) < 20
 
 
+@pytest.mark.claim("The stated chance of a replay is that of the draws")
 def test_the_stated_chance_is_that_of_the_draws() -> None:
     """Catches: a formula for the chance of a replay that differs from what the generator draws."""
     chance = random.Random(2)
@@ -172,17 +156,12 @@ def test_the_stated_chance_is_that_of_the_draws() -> None:
     assert chances.replay_chance() < chances.replay_chance(slack_s=SLACK_S) < 2e-4
 
 
+@pytest.mark.claim("None of fifty earlier answers passes a live check")
 @pytest.mark.slow
 def test_none_of_fifty_replays_passes() -> None:
     """Catches: a challenge that an earlier answer to another one meets; one that its own answer does not meet."""
     own, other = replays_passed(50, seed=7, face_mm=FACE_MM)
     assert own == 50 and other == 0
-
-
-def test_a_replay_of_the_very_same_challenge_would_pass() -> None:
-    """Catches: a replay test that fails everything, and so proves nothing."""
-    course, prompts = follow(["left", FACE, "right"])
-    assert passes(course, prompts)
 
 
 def clocked(claims: list[tuple[float, float]]) -> tuple[BoundedClock, list[float | None]]:
@@ -211,17 +190,3 @@ def test_a_sender_that_lies_about_time_gains_no_more_than_the_slack(rate: float)
         assert time_s is None or a - SLACK_S <= time_s <= a
     if rate <= 0.9:
         assert all(time_s is None for time_s in times[-200:])
-
-
-def test_times_that_go_back_stand_still_or_are_none_are_left_out() -> None:
-    """Catches: a NaN that passes every comparison; one picture counted twice."""
-    clock, _ = clocked([(float(k) / 10, float(k) / 10) for k in range(20)])
-    assert SETTLE_S < 1.9
-    for claimed in (float("nan"), float("inf"), -5.0, 1.9):
-        assert clock.place(claimed, 2.0) is None
-    assert clock.late == 4 and clock.place(2.0, 2.05) == pytest.approx(2.0)
-
-
-def test_the_badge_at_rest_is_where_the_film_says() -> None:
-    """Catches: a film whose rest is not where its challenge begins."""
-    assert answer([], FACE_MM).place_mm(0.0) == pytest.approx(REST_MM)

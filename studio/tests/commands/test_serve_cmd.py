@@ -21,6 +21,7 @@ from moireid_studio.commands.serve_cmd import check_sealed
 SERVE = "import sys; from moireid.cli.main import main; sys.argv[0] = 'moireid'; main()"
 
 
+@pytest.mark.claim("serve refuses to read films where nothing seals")
 def test_films_of_strangers_are_not_read_where_nothing_seals(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Catches: a studio that goes on after a note; one of the user's own machine that is refused."""
     monkeypatch.setattr("moireid.sandbox.process.sealed_here", lambda: ("no_new_privileges",))

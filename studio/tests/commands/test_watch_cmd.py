@@ -8,58 +8,14 @@ import subprocess
 import sys
 import time
 from pathlib import Path
-from typing import Any
 
 import pytest
-from click.testing import CliRunner
 
 from kit.places import FILMS
 from kit.streams import pictures, write_stream
-from moireid.cli.main import moireid
-from moireid_studio.commands.watch_display import LiveLines, line_of, plain
 
 BADGE = ["--badge", str(FILMS / "badge.json")]
 PROGRAM = [str(Path(sys.executable).parent / "moireid"), "watch"]
-
-
-@pytest.mark.parametrize(
-    ("typed", "words"),
-    [
-        (["0"], "--claim"),
-        (["0", *BADGE, "--claim", "Ada"], "--claim"),
-        (["none.ts", *BADGE], "does not exist"),
-        (["rtsp://camera/1", *BADGE], "ffmpeg -i ADDRESS -c copy -f matroska - | moireid watch -"),
-        (["here.ts", *BADGE, "--challenge"], "--challenge"),
-        (["0", *BADGE, "--seconds", "0"], "--seconds"),
-        (["0", *BADGE, "--cover", "2"], "--cover"),
-    ],
-)
-def test_what_does_not_go_together_is_a_sentence(
-    typed: list[str], words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Catches: a camera that is opened, or a judge that is started, before the options are looked at."""
-    monkeypatch.chdir(tmp_path)
-    Path("here.ts").write_text("short\n")
-    monkeypatch.setattr(
-        "moireid_studio.watch.watching.start", lambda *given, **more: pytest.fail("a judge was started")
-    )
-    done = CliRunner().invoke(moireid, ["watch", *typed])
-    assert done.exit_code == 2 and done.stdout == "" and words in done.stderr
-    assert len(done.stderr.strip().splitlines()) <= 4 and "Traceback" not in done.stderr
-
-
-def test_lines_for_people_are_whole_and_harmless(capsys: pytest.CaptureFixture[str]) -> None:
-    """Catches: a prompt that is not shown; words of a stranger's stream that steer the terminal."""
-    assert plain("a\x1b[2J\nb\x9bc") == r"a\u001b[2J\nb\u009bc"
-    prompt = {"event": "prompt", "number": 2, "of": 6, "move": "left", "text": "Move it 20 cm to your left."}
-    assert line_of(prompt) == "2 of 6: Move it 20 cm to your left."
-    status: dict[str, Any] = {"event": "status", "verdict": "reject", "badge": True, "tracked": 3}
-    show = LiveLines().show
-    for reasons in ([{"level": "fail", "text": "first\x1b[2J"}], [{"level": "fail", "text": "second"}]):
-        show(status | {"reasons": reasons})
-    show(status | {"verdict": "accept", "reasons": []})
-    lines = capsys.readouterr().err.splitlines()
-    assert [line.split("  ")[-1] for line in lines] == [r"reject: first\u001b[2J", "accept: "]
 
 
 @pytest.fixture(scope="module")

@@ -3,19 +3,13 @@
 from __future__ import annotations
 
 import re
-import socket
-from pathlib import Path
 
 import pytest
-from click.testing import CliRunner
-from fastapi import FastAPI
 
 from kit.webbing import ORIGIN, OpenStudio, Visit, studio
 from moireid.badge import Badge
-from moireid.cli.main import moireid
 from moireid.errors import SpecError
 from moireid_studio.http.addresses import checked_address
-from moireid_studio.settings import Settings
 
 PUBLIC = "https://studio.example.org/"
 FALSE = {"host": "evil.example"}
@@ -57,31 +51,11 @@ def test_a_false_host_is_shown_to_no_other_visitor(visit: Visit) -> None:
     assert visit.ask("GET", "/help", headers=FALSE).headers["Cache-Control"] == "no-store"
 
 
-@pytest.mark.parametrize("host", ["[", "a@b", "a/b", "a\\b", "a#b", "a?b", "a<b>", ""])
-def test_a_host_that_is_no_address_is_not_used(visit: Visit, host: str) -> None:
-    """Catches: a traceback; a link such as http://studio.test@evil.example/."""
-    assert link(visit, host=host).startswith("http://studio.test:")
-
-
 def test_with_a_public_address_the_header_is_not_used(public: Visit) -> None:
     """Catches: a link to whatever Host says, where the operator has said what it must be."""
     for headers in ({}, FALSE, {"host": "["}, {"x-forwarded-host": "evil.example"}, {"host": "127.0.0.1:8000"}):
         assert link(public, **headers) == PUBLIC
         assert f"{PUBLIC}api/verify" in public.ask("GET", "/help", headers=headers).text
-
-
-@pytest.mark.parametrize(
-    ("given", "kept"),
-    [
-        ("https://studio.example.org", PUBLIC),
-        (" https://studio.example.org/ ", PUBLIC),
-        ("https://studio.example.org:8443", "https://studio.example.org:8443/"),
-        ("http://localhost:8000", "http://localhost:8000/"),
-    ],
-)
-def test_an_address_is_taken(given: str, kept: str) -> None:
-    """Catches: two slashes before check, or none."""
-    assert checked_address(given) == kept
 
 
 @pytest.mark.parametrize(
@@ -95,32 +69,3 @@ def test_what_is_no_address_is_refused(given: str) -> None:
     """Catches: links that no one can open, or that open a page without a camera."""
     with pytest.raises(SpecError, match=r"studio.example.org|over https"):
         checked_address(given)
-
-
-def test_the_command_takes_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Catches: an option that is not passed on; a public address of a studio that answers this machine alone."""
-    begun: list[Settings] = []
-
-    def serve(app: FastAPI, bound: socket.socket) -> None:
-        begun.append(app.state.studio.settings)
-        app.state.studio.close()
-        bound.close()
-
-    monkeypatch.setattr("moireid_studio.http.server.serve", serve)
-    monkeypatch.setenv("MOIREID_KEYS", str(tmp_path / "keys"))
-    registry = f"sqlite:///{tmp_path}/r.sqlite3"
-    monkeypatch.setattr("moireid_studio.commands.serve_cmd._default_is_there", lambda: True)
-    monkeypatch.setattr("moireid.registry.engine.default_url", lambda: registry)
-    command = ["serve", "--port", "0", "--data", str(tmp_path / "data"), "--unsealed"]
-
-    def run(*more: str) -> str:
-        done = CliRunner().invoke(moireid, [*command, *more])
-        return done.stderr if done.exit_code else ""
-
-    assert run() == "" and begun.pop().public_url is None
-    assert run("--public-url", "https://studio.example.org") == "" and begun.pop().public_url == PUBLIC
-    assert "no address of a studio" in run("--public-url", "studio.example.org")
-    assert "--no-auth answers this machine alone" in run("--no-auth", "--public-url", PUBLIC)
-    monkeypatch.setenv("MOIREID_PUBLIC_URL", PUBLIC)
-    assert run() == "" and begun.pop().public_url == PUBLIC
-    assert run("--no-auth") == "" and begun.pop().public_url is None

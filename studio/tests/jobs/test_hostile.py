@@ -16,7 +16,7 @@ import pytest
 from kit.webbing import jobs_of
 from moireid.asbuilt import MODEL, AsBuilt
 from moireid.badge import Badge, load_badge
-from moireid.reading.answers import Count, MalformedAnswer, checked
+from moireid.reading.answers import MalformedAnswer
 from moireid.sandbox.process import ForkServer
 from moireid.verifier import Question, verify
 from moireid.verifier.fringes.place_map import knots_mm
@@ -88,20 +88,6 @@ def test_it_cannot_have_itself_done_again(run: Callable[..., tuple[Job, Jobs]]) 
     assert (job.state, job.taken) == ("failed", 1) and job.problem is not None and job.problem[0] == "crash"
 
 
-def test_an_unexpected_error_ends_one_job(
-    run: Callable[..., tuple[Job, Jobs]], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Catches: a worker that any error of ours ends."""
-
-    def fail(*given: Any, **more: Any) -> None:
-        raise LookupError("an unexpected error")
-
-    monkeypatch.setattr(workers, "run_task", fail)
-    job, jobs = run("questions")
-    assert job.problem is not None and job.problem[0] == "system" and "log" in job.problem[1]
-    assert all(thread.is_alive() for thread in jobs.workers.threads)
-
-
 def test_it_may_ask_as_often_as_a_film_needs(
     run: Callable[..., tuple[Job, Jobs]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -110,17 +96,6 @@ def test_it_may_ask_as_often_as_a_film_needs(
     monkeypatch.setattr(workers, "answer_to", lambda question, people, film: asked.append(question) or [])
     job, _ = run("questions", "identify", questions=6)
     assert len(asked) == 6 and job.problem is not None and job.problem[0] == "crash"
-
-
-@pytest.mark.parametrize(
-    "said",
-    [None, [], [1], ["x", None], [-1, None], [True, None], [1, "x"], [1.5, None], [10**30, None], {"a": 1, "b": 2}],
-)
-def test_progress_is_of_frames(said: object) -> None:
-    """Catches: what is no number taken for one."""
-    assert checked([3, None], tuple[Count, Count | None], "film") == (3, None)
-    with pytest.raises(MalformedAnswer):
-        checked(said, tuple[Count, Count | None], "film")
 
 
 def judged_as(kind: str, result: Any, **wish: Any) -> dict[str, Any]:

@@ -171,6 +171,7 @@ def test_a_worker_s_message_is_checked_as_any_other(tmp_path: Path) -> None:
         cluster._end(Ended(None), run, lambda: False)
 
 
+@pytest.mark.claim("A scheduler beyond loopback needs certificates")
 @pytest.mark.parametrize("address", ["tcp://192.0.2.7:8786", "tcp://example.org:8786", "ucx://192.0.2.7:1"])
 def test_a_scheduler_that_others_reach_needs_certificates(address: str, tmp_path: Path) -> None:
     """Catches: a studio that sends films, and takes code, over a line that anyone may join."""

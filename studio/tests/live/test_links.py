@@ -8,16 +8,12 @@ import re
 import threading
 import time
 from collections.abc import Iterator
-from contextlib import ExitStack
 from dataclasses import dataclass, replace
-from datetime import UTC, datetime, timedelta
-from pathlib import Path
 from typing import Any
 
 import cv2
 import pytest
 from starlette.testclient import TestClient
-from starlette.websockets import WebSocketDisconnect
 
 from kit.webbing import Visit, studio
 from moireid.badge import Badge
@@ -25,7 +21,6 @@ from moireid.provenance import Provenance, Standing
 from moireid.question import Question
 from moireid.sandbox.process import ProcessEnd
 from moireid.sandbox.seal import MEANS
-from moireid.verifier.report.live_receipt import receipt_of
 from moireid_lab.bench.live import portrait
 from moireid_studio import links
 from moireid_studio.http.server import _server_of
@@ -38,8 +33,6 @@ from moireid_studio.live.sockets import (
     _headline,
     own_words,
 )
-from moireid_studio.receipts import links_about, with_live_checks
-from moireid_studio.store.job import Job
 
 ORIGIN = {"origin": "http://studio.test", "host": "studio.test"}
 SECRET = re.compile(r"/check#([\w-]{43})")
@@ -116,6 +109,7 @@ def test_a_look_or_a_preview_uses_nothing_up_and_the_asker_sees_it(asker: Asker)
     assert "opened, not begun" in asker.page().lower() and asker.newest().used_at is None
 
 
+@pytest.mark.claim("A one-time link works once")
 @pytest.mark.slow
 def test_a_check_is_told_once_to_the_asker_alone(asker: Asker, ada: Badge) -> None:
     """Catches: a link that works twice, or is passed without prompts; a result that another token reads, or that shows
@@ -139,53 +133,6 @@ def test_a_check_is_told_once_to_the_asker_alone(asker: Asker, ada: Badge) -> No
         other = {"authorization": f"Bearer {asker.visit.tokens['admin']}"}
         assert asker.client.get(f"/links/{link.id}{path}", headers=other).status_code == 404
     assert secret.encode() not in (asker.visit.studio.settings.data / links.FILE).read_bytes()
-
-
-def test_a_link_about_a_film_is_on_the_film_s_report(asker: Asker, ada: Badge, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Catches: a person who does not see which film they confirm; a check of another film, person or asker that is
-    attached; one that changes the film's verdict; a film of another asker that a link is made about."""
-    job_id, owner = "ab" * 16, asker.visit.studio.tokens.find(asker.visit.tokens["verifier"]).id  # type: ignore[union-attr]
-    report = {"verdict": "inconclusive", "badge": {"id": None, "name": "Ada Lovelace"}, "input": {"sha256": "cd" * 32}}
-    job = Job(job_id, "verify", owner, Path(), state="done", result=report, film_name="<i>rally.mp4", claim="Ada")
-    job.film_sha256, job.claimed_id = "cd" * 32, ada.id
-    find = asker.visit.studio.jobs.find
-    monkeypatch.setattr(
-        asker.visit.studio.jobs, "find", lambda one, by, *kinds: job if (one, by) == (job_id, owner) else find(one, by)
-    )
-    form = asker.client.get("/links", params={"about": job_id}, headers=asker.headers).text
-    assert "&lt;i&gt;rally.mp4" in form and 'value="Ada"' in form
-    assert asker.client.get("/links", params={"about": "12" * 16}, headers=asker.headers).status_code == 404
-    secret = asker.make(about=job_id)
-    assert asker.look(secret)[1]["film"] == {"name": "<i>rally.mp4", "sha256": "cd" * 32}
-    link, store = asker.newest(), asker.visit.studio.links
-    assert with_live_checks(asker.visit.studio, job) == report and links_about(asker.visit.studio, job) == [link]
-    reason = {"code": "motion", "level": "pass", "measured": 1.0, "limit": 1.0, "unit": "rad", "text": "It moved."}
-    event = {"verdict": "accept", "challenged": True, "reasons": [reason], "identity": {"verdict": "match"}}
-    event |= {"invariant": {"verdict": "accept"}, "registry": None, "in_call": False, "claim_source": "registry"}
-    store.note_end(link, event, [])
-    found = with_live_checks(asker.visit.studio, job)
-    assert found["verdict"] == "inconclusive" and found["live_checks"][0]["film"]["sha256"] == "cd" * 32
-    assert "about this film was passed" in receipt_of(found["live_checks"][0]).words
-    receipt = asker.client.get(f"/links/{link.id}/receipt", headers=asker.headers).json()
-    assert receipt == found["live_checks"][0] and receipt["sealed"] is None
-    for other in ({"film_sha256": "ef" * 32}, {"claimed_id": "01" * 8}, {"owner": "another"}):
-        assert links_about(asker.visit.studio, replace(job, **other)) == []
-    job.claimed_id = "01" * 8
-    sent = {"about": job_id, "claim": "Ada Lovelace", "asks": "Sam"}
-    assert asker.client.post("/links", data=sent, headers=asker.headers).status_code == 422
-
-
-def test_a_film_of_any_name_can_be_asked_about(asker: Asker, ada: Badge, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Catches: a report that can be shown no more once a live check of a film with a tab or 900 letters is done."""
-    owner = asker.visit.studio.tokens.find(asker.visit.tokens["verifier"]).id  # type: ignore[union-attr]
-    job = Job("cd" * 16, "verify", owner, Path(), state="done", result={}, film_name="a\t\u202e" + "x" * 900)
-    job.film_sha256, job.claimed_id = "ba" * 32, ada.id
-    monkeypatch.setattr(asker.visit.studio.jobs, "find", lambda *_: job)
-    assert "\t" not in asker.look(asker.make(about=job.id))[1]["film"]["name"]
-    reason = {"code": "motion", "level": "fail", "measured": 1.0, "limit": 1.0, "unit": "rad", "text": "No."}
-    event = {"verdict": "reject", "challenged": True, "reasons": [reason], "identity": {"verdict": "match"}}
-    asker.visit.studio.links.note_end(asker.newest(), event, [])
-    assert " failed; " in receipt_of(with_live_checks(asker.visit.studio, job)["live_checks"][0]).words
 
 
 @pytest.mark.parametrize("enrolling", [True, False])
@@ -249,44 +196,6 @@ def test_a_late_a_guessed_and_an_orphaned_link_are_told_in_a_sentence(
     assert "may ask no more" in asker.look(orphan)[1]["text"] and "may ask no more" in asker.check(orphan)["text"]
 
 
-@pytest.mark.slow
-def test_a_full_house_or_another_site_uses_no_link_up(asker: Asker, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Catches: a link that is gone because the machine was busy; a page of another site that begins a check."""
-    secret = asker.make()
-    with monkeypatch.context() as full:
-        full.setattr("moireid_studio.live.sockets.MOST_BY_LINK", 0)
-        assert "Other live checks" in asker.check(secret)["text"]
-    elsewhere = ORIGIN | {"origin": "https://elsewhere.example"}
-    with pytest.raises(WebSocketDisconnect), asker.client.websocket_connect("/check/socket", headers=elsewhere) as one:
-        one.receive_json()
-    assert asker.look(secret)[0] == 200
-    # Who comes and goes uses it up, and the asker reads that there is no verdict.
-    with asker.client.websocket_connect("/check/socket", headers=ORIGIN) as connection:
-        connection.send_json({"token": secret})
-        assert connection.receive_json()["event"] == "ready"
-    assert asker.newest().state == "broken" and "broken off" in asker.page().lower()
-
-
-def test_a_check_whose_studio_was_killed_is_broken_after_a_while(asker: Asker) -> None:
-    """Catches: one that runs for ever; one that another studio, as it starts, takes for broken."""
-    asker.make()
-    link, now = asker.newest(), datetime.now(UTC)
-    began = {minutes: f"{now - timedelta(minutes=minutes):%Y-%m-%dT%H:%M:%SZ}" for minutes in (1, 11)}
-    assert replace(link, used_at=began[1]).state == "running" and replace(link, used_at=began[11]).state == "broken"
-
-
-def test_old_links_are_removed_though_nobody_comes(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """Catches: results that are kept until somebody makes another link."""
-    monkeypatch.setattr("moireid_studio.app.FORGET_S", 0.05)
-    with studio(tmp_path, work=False) as visit, TestClient(visit.app, base_url="http://studio.test"):
-        visit.studio.links.make("sam", "Sam", "00" * 8, ids=False, wants_pictures=False)
-        monkeypatch.setattr(links, "KEEP_DAYS", -1.0)
-        until = time.monotonic() + 5.0
-        while visit.studio.links.of_asker("sam", 5) and time.monotonic() < until:
-            time.sleep(0.02)
-        assert visit.studio.links.of_asker("sam", 5) == []
-
-
 @pytest.mark.parametrize("wants", [False, True])
 @pytest.mark.parametrize("agrees", [False, True])
 def test_pictures_are_kept_only_if_both_agree(asker: Asker, *, wants: bool, agrees: bool) -> None:
@@ -314,16 +223,6 @@ def test_pictures_are_kept_only_if_both_agree(asker: Asker, *, wants: bool, agre
     assert asker.look(secret)[0] == 404
 
 
-def test_a_link_that_is_removed_while_it_runs_keeps_no_picture(asker: Asker) -> None:
-    """Catches: pictures that are written for a link that is gone, so that nothing ever removes them."""
-    asker.make(pictures="true")
-    link, store = asker.newest(), asker.visit.studio.links
-    assert store.use(link, agreed=True)
-    store.remove(link)
-    store.note_end(link, {"verdict": "accept"}, [b"\xff\xd8 one"])
-    assert store.pictures(link) == []
-
-
 def test_who_has_a_link_learns_nobody_else_s_badge(asker: Asker, monkeypatch: pytest.MonkeyPatch) -> None:
     """Catches: a link by which somebody without an account learns whose a badge is that they found."""
     from moireid.provenance import BadgeHolder
@@ -348,16 +247,6 @@ def test_strangers_do_not_fill_the_memory(asker: Asker, monkeypatch: pytest.Monk
         assert "come to its end" in silent.receive_json()["text"]
     assert "none of this studio" in asker.check("")["text"]
     assert ASK_S < IDLE_S
-
-
-def test_silent_sockets_take_no_place(asker: Asker) -> None:
-    """Catches: a place for each socket that says nothing, by which someone without a token keeps out all others."""
-    with ExitStack() as stack:
-        for _ in range(16):
-            stack.enter_context(asker.client.websocket_connect("/check/socket", headers=ORIGIN))
-        with asker.client.websocket_connect("/check/socket", headers=ORIGIN) as connection:
-            connection.send_json({"token": asker.make()})
-            assert connection.receive_json()["event"] == "ready"
 
 
 def test_neither_links_nor_tokens_take_all_places(asker: Asker, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -46,18 +46,3 @@ def test_every_failure_has_the_studios_own_page(visit: Visit, monkeypatch: pytes
         assert '<nav id="menu" aria-label="Studio" popover>' in answer.text and 'role="alert"' in answer.text, status
         assert "default-src 'none'" in answer.headers["content-security-policy"], status
         assert "Traceback" not in answer.text and "no number" not in answer.text
-
-
-def test_a_badge_is_suspended_and_reinstated(visit: Visit, ada: Badge) -> None:
-    """Catches: a button for those who only verify; a reason that is lost; a suspension that nobody can end."""
-    place = f"/registry/{ada.id}"
-    for what in ("suspend", "reinstate"):
-        assert visit.ask("POST", f"{place}/{what}", "verifier", data={"reason": "lost"}).status_code == 403
-    assert visit.ask("POST", f"{place}/suspend", "issuer", data={"reason": "left at home"}).status_code == 303
-    shown = visit.ask("GET", place, "issuer").text
-    assert "left at home" in shown and "Reinstate this badge" in shown and "Suspend this badge" not in shown
-    assert visit.ask("POST", f"{place}/reinstate", "issuer").status_code == 303
-    shown = visit.ask("GET", place, "issuer").text
-    assert "Valid since" in shown and "Suspend this badge" in shown
-    by = [entry.action for entry in visit.studio.registry.entries(ada.id or "", 3)]
-    assert "suspend" in by and "reinstate" in by

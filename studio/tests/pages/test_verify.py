@@ -44,20 +44,6 @@ def test_whose_badge_it_is_ends_in_a_page(
         assert re.search(r"<h1>✗ Revoked on \d+ [A-Z][a-z]+: lost &lt;b&gt;on the train&lt;/b&gt;</h1>", page)
 
 
-def test_a_registry_of_nobody_still_answers(films: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Catches: a page that takes the film's figures for granted, which nobody measured where nobody is enrolled."""
-    monkeypatch.setenv("MOIREID_KEYS", str(tmp_path / "keys"))
-    film = tiny_film(films / "genuine_1.0m.mp4", tmp_path / "film.mp4")
-    with studio(tmp_path, work=False) as visit:
-        (visit.folder / "jobs").mkdir()
-        path = visit.ask("POST", "/verify", "verifier", **film_form(film, kind="identify")).headers["location"]
-        waiting = visit.ask("GET", path, "verifier").text
-        assert "Judging the film" in waiting and 'http-equiv="refresh"' in waiting
-        visit.studio.jobs.start()
-        visit.wait(path.rpartition("/")[2], "verifier")
-        assert "<h1>✗ Held by no one in this registry</h1>" in visit.ask("GET", path, "verifier").text
-
-
 @pytest.mark.slow
 def test_another_s_badge_is_named_by_the_server_alone(
     ada: Badge, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -103,25 +89,3 @@ def test_a_process_that_was_taken_over_shows_no_file_of_ours(
             answer = visit.ask("GET", path, "verifier")
             assert answer.status_code == 404 and "secret" not in answer.text
         assert visit.ask("GET", f"/verify/{job_id}/picture/..%2f..%2fsecret", "verifier").status_code in (404, 422)
-
-
-@pytest.mark.slow
-def test_a_verdict_whose_report_was_not_drawn_is_shown(
-    ada: Badge, films: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Catches: a page that fails where the report's plots are not there; a link to a report that is not; one to ask a
-    person about the film whom the registry does not know, as of the samples."""
-    monkeypatch.setenv("MOIREID_KEYS", str(tmp_path / "keys"))
-    film = tiny_film(films / "genuine_1.0m.mp4", tmp_path / "film.mp4")
-    with studio(tmp_path, ada) as visit:
-        begun = visit.ask("POST", "/verify", "verifier", **film_form(film, claim="Ada Lovelace"))
-        job_id = begun.headers["location"].rpartition("/")[2]
-        visit.wait(job_id, "verifier")
-        visit.rewrite(job_id, kept="{}")
-        page = visit.ask("GET", f"/verify/{job_id}", "verifier")
-        job = visit.job(job_id)
-        job.claim_source = "file"
-        visit.rewrite(job_id, about=job.about())
-        of_file = visit.ask("GET", f"/verify/{job_id}", "verifier").text
-    assert page.status_code == 200 and "<h1>? Cannot tell: " in page.text and '/report"' not in page.text
-    assert f"/links?about={job_id}" in page.text and "/links?about" not in of_file

@@ -8,10 +8,9 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from sqlalchemy import update
 
-from moireid.errors import RegistryError, SpecError
-from moireid_studio.store.database import Away, database_of, is_away, jobs, patiently
+from moireid.errors import RegistryError
+from moireid_studio.store.database import Away, database_of, is_away, patiently
 from moireid_studio.store.job import Job
 from moireid_studio.store.ledger import TRIES, Ledger
 
@@ -81,19 +80,6 @@ def test_a_studio_that_was_killed_goes_on(ledger: Ledger) -> None:
     assert ledger.find(half.id) is None
 
 
-def test_films_that_wait_for_too_long_are_ended(ledger: Ledger) -> None:
-    """Catches: a film that stays for ever; one that is at work and is ended meanwhile."""
-    at_work = submitted(ledger)
-    assert ledger.take(("judge",)) is not None
-    waits = submitted(ledger)
-    with ledger.database.writing() as connection:
-        connection.execute(update(jobs).values(made=jobs.c.made - 1001))
-    new = submitted(ledger)
-    ledger.end_old(1000.0)
-    found = [ledger.find(one.id) for one in (at_work, waits, new)]
-    assert [one and one.state for one in found] == ["working", "failed", "waiting"]
-
-
 def test_one_with_many_films_does_not_keep_others_waiting(ledger: Ledger) -> None:
     """Catches: a queue in which the first comer's hundredth film comes before another's first, and an issuer's."""
     for _ in range(5):
@@ -117,17 +103,6 @@ def test_a_job_that_was_removed_stays_removed(ledger: Ledger) -> None:
     assert not ledger.submit(coming)
 
 
-def test_words_that_no_database_takes_come_back_as_they_went(ledger: Ledger) -> None:
-    """Catches: a process of a film whose NUL or half letter ends the thread that writes its result."""
-    submitted(ledger)
-    job = ledger.take(("judge",))
-    assert job is not None
-    job.result = {"verdict": "accept", "text": "\x00\ud800 é"}
-    assert ledger.settle(job)
-    found = ledger.find(job.id)
-    assert found is not None and found.state == "done" and found.result == job.result
-
-
 def test_a_job_waits_for_a_database_that_is_away(monkeypatch: pytest.MonkeyPatch) -> None:
     """Catches: a result that is lost with a connection; one that waits for what will never come."""
     monkeypatch.setattr("moireid_studio.store.database.PAUSE_S", 0.0)
@@ -148,9 +123,3 @@ def test_a_job_waits_for_a_database_that_is_away(monkeypatch: pytest.MonkeyPatch
     with pytest.raises(RegistryError):
         patiently(broken)
     assert len(tries) == 4 and not is_away(RegistryError("x"))
-
-
-def test_a_file_is_no_state(tmp_path: Path) -> None:
-    """Catches: a file of another folder that is taken for a server's database."""
-    with pytest.raises(SpecError):
-        database_of(tmp_path, "tokens.sqlite3", f"sqlite:///{tmp_path}/shared.sqlite3")

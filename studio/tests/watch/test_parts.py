@@ -4,34 +4,28 @@ from __future__ import annotations
 
 import os
 import threading
-import time
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
-import cv2
 import numpy as np
 import pytest
 
 from kit.coded_films import written
 from kit.damaging import Part, joined, zeroed
-from kit.places import FILMS
 from moireid.badge import Badge
 from moireid.errors import MediaError
 from moireid.question import Question
 from moireid.verifier.picture import Picture
 from moireid_studio.challenge.session import LiveCheck
 from moireid_studio.challenge.stream import StreamCheck
-from moireid_studio.watch import cameras
-from moireid_studio.watch.order import Data, Patience
+from moireid_studio.watch.order import Patience
 from moireid_studio.watch.readers import (
     AHEAD,
-    BytesRefusal,
     GrowingFile,
     Inbox,
     PipeBytes,
     TimedPicture,
-    is_closed,
     pictures,
 )
 from moireid_studio.watch.source import source_of
@@ -92,73 +86,8 @@ def test_a_file_is_read_on_until_it_grows_no_more(tmp_path: Path) -> None:
     assert reader.read(10) == b"b"
     assert reader.read(10) == b"" and reader.read(10) == b""
     os.utime(path, (0, 0))
-    begun = time.monotonic()
     old = GrowingFile(path, 60.0)
-    assert old.read(10) + old.read(10) == b"ab" and time.monotonic() - begun < 5
-
-
-def test_an_mp4_is_followed_only_if_its_table_comes_first(tmp_path: Path) -> None:
-    """Catches: a film of a phone that is said to be none, as its table is at the end."""
-    assert is_closed(FILMS / "genuine_1.0m.mp4")
-
-    def box(name: bytes, content: bytes = b"") -> bytes:
-        return (8 + len(content)).to_bytes(4, "big") + name + content
-
-    path = tmp_path / "film.mp4"
-    for content, closed in (
-        (box(b"ftyp", b"isom") + box(b"moov") + box(b"mdat"), False),
-        (box(b"ftyp", b"isom") + box(b"free", b"x" * 9) + b"\0\0\0\1mdat" + (40).to_bytes(8, "big"), True),
-        (b"\0\0\0\2ftyp" * 20, False),
-        (b"", False),
-        (b"G" * 188, False),
-    ):
-        path.write_bytes(content)
-        assert is_closed(path) is closed
-
-
-def test_bytes_are_asked_for_and_a_refusal_is_passed_on() -> None:
-    """Catches: more asked for at a time than is given; a time of arrival that is not that of the bytes; a refusal
-    without its reason."""
-    piped = PipeBytes(lambda wish: piped.give(Data(f"{wish['want']}".encode(), 7.0)))
-    assert piped.read(10**9) == b"65536" and piped.read(9) == b"9" and (piped.arrival_s, piped.count) == (7.0, 6)
-    piped = PipeBytes(lambda wish: piped.give(Data(b"", 9.0, "it was closed")))
-    with pytest.raises(BytesRefusal, match="it was closed"):
-        piped.read(9)
-
-
-class FakeCamera:
-    """A camera of three pictures that gives times, in the place of OpenCV's."""
-
-    def __init__(self, number: int) -> None:
-        self.number, self.count, self.released = number, 0, False
-
-    def isOpened(self) -> bool:
-        return self.number == 0
-
-    def set(self, *what: Any) -> None:
-        pass
-
-    def get(self, what: int) -> float:
-        return 1000.0 * self.count
-
-    def read(self) -> tuple[bool, Any]:
-        self.count += 1
-        return (self.count <= 3, np.full((4, 6, 3), 10 * self.count, np.uint8) if self.count <= 3 else None)
-
-    def release(self) -> None:
-        self.released = True
-
-
-def test_a_camera_gives_grey_pictures_at_its_own_times(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Catches: times of arrival where the camera gives its own; a camera that is gone and read on; colours."""
-    monkeypatch.setattr(cv2, "VideoCapture", FakeCamera)
-    monkeypatch.setattr(time, "sleep", lambda seconds: None)
-    shots = list(cameras.shots_of(0))
-    assert [one.claimed_s for one in shots] == [1.0, 2.0, 3.0] and shots[0].size == (4, 6)
-    assert [set(one.luma) for one in shots] == [{10}, {20}, {30}]
-    assert cameras.taken_s(0.0, 5.0) == 5.0 and cameras.taken_s(-1.0, 5.0) == 5.0
-    with pytest.raises(MediaError, match="camera 1 cannot be opened"):
-        list(cameras.shots_of(1))
+    assert old.read(10) + old.read(10) == b"ab"
 
 
 def test_a_stream_of_which_nothing_passes_is_not_accepted(ada: Badge, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -12,12 +12,10 @@ from pathlib import Path
 from typing import Any
 
 import av
-import numpy as np
 import pytest
 from jsonschema import Draft202012Validator
 
 from kit.streams import pictures, watched, write_stream
-from moireid.errors import MediaError
 from moireid.provenance import Exclusion
 from moireid.sandbox.seal import MEANS
 from moireid.verifier.session.result import report_schema
@@ -122,75 +120,6 @@ def test_a_lie_is_rejected_and_a_revoked_badge_too(film: Path, pipe: Path, tmp_p
 
 
 @pytest.mark.slow
-def test_pictures_of_another_size_begin_anew_and_never_hide_a_lie(
-    shots: list[av.VideoFrame], film: Path, pipe: Path, tmp_path: Path
-) -> None:
-    """Catches: sizes that are mixed in one track; a lie that is forgotten when the size changes."""
-    small = pictures(size=(960, 540))
-    truth = write_stream(tmp_path / "small.ts", small).read_bytes()
-    events: list[dict[str, Any]] = []
-    poured(film.read_bytes() + truth, pipe)
-    found = watched(str(pipe), notify=events.append)
-    assert "anew" in [one["event"] for one in events]
-    assert found["verdict"] == "accept" and found["input"]["width"] == 960
-    assert "120 pictures of another size, which came before" in found["left_out"]
-    lie = write_stream(tmp_path / "lie.ts", pictures("forged_reversed_1.0m")).read_bytes()
-    poured(lie + truth, pipe)
-    assert watched(str(pipe))["verdict"] == "reject"
-    # Half of what came showed no badge, in pictures of another size.
-    blank = [av.VideoFrame.from_ndarray(np.full((1080, 1920), 90, np.uint8), format="gray") for _ in range(150)]
-    poured(write_stream(tmp_path / "blank.ts", blank).read_bytes() + truth, pipe)
-    found = watched(str(pipe))
-    assert found["verdict"] == "inconclusive" and codes(found, "undecided") == {"cover"}
-
-
-@pytest.mark.slow
-def test_times_that_go_back_are_reported(film: Path, pipe: Path) -> None:
-    """Catches: a crash, or one track made of two."""
-    poured(film.read_bytes() * 2, pipe)
-    found = watched(str(pipe))
-    assert found["verdict"] != "reject" and "times" in {one["code"] for one in found["reasons"]}
-
-
-@pytest.mark.slow
-def test_a_source_that_says_nothing_is_a_sentence(film: Path, pipe: Path) -> None:
-    """Catches: a wait without end, for a writer, the first picture or a later one; a verdict that is lost."""
-    hold = threading.Event()
-    poured(b"", pipe, hold=hold)
-    with pytest.raises(MediaError, match="gave no picture for 1 s"):
-        watched(str(pipe), patience=Patience(1.0, 1.0, 1.0))
-    hold.set()
-    for name in ("silent", "another"):
-        os.mkfifo(pipe.with_name(name))
-    with pytest.raises(MediaError, match="gave no picture for 1 s"):
-        watched(str(pipe.with_name("silent")), patience=Patience(1.0, 1.0, 1.0))
-    hold, another = threading.Event(), pipe.with_name("another")
-    poured(film.read_bytes(), another, hold=hold)
-    found = watched(str(another), patience=Patience(8.0, 1.5, 1.0))
-    hold.set()
-    assert found["end"]["why"] == "silent" and found["frames"]["tracked"] > 100 and found["verdict"] == "accept"
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("content", "words"),
-    [
-        (b"YUV4MPEG2 W12000 H9000 F30:1 C420jpeg\nFRAME\n" + b"x" * 100_000, "cannot be read|larger than 4K"),
-        (b"YUV4MPEG2 W4200 H4200 F30:1 C420jpeg\nFRAME\n" + b"x" * 26_460_000, "cannot be read|larger than 4K"),
-        (b"YUV4MPEG2 W32 H32 F30:1 C420jpeg\nFRAME\n" + b"x" * (32 * 32 * 3 // 2), "too small"),
-        (b"#EXTM3U\n#EXTINF:1,\nfile:///etc/passwd\n", "cannot be read|no film"),
-        (b"no film at all" * 1000, "cannot be read"),
-        (b"", "ended before anything came"),
-    ],
-)
-def test_what_is_no_stream_is_refused_in_a_sentence(content: bytes, words: str, pipe: Path) -> None:
-    """Catches: a picture of a hundred megapixels that fills the memory; a playlist by a pipe; no words."""
-    poured(content, pipe)
-    with pytest.raises(MediaError, match=words):
-        watched(str(pipe))
-
-
-@pytest.mark.slow
 @pytest.mark.alone
 def test_somebody_may_stop_it_and_its_time_may_end(film: Path, pipe: Path) -> None:
     """Catches: a stop that loses the verdict, a time that is not kept."""
@@ -208,9 +137,7 @@ def test_somebody_may_stop_it_and_its_time_may_end(film: Path, pipe: Path) -> No
     hold, another = threading.Event(), pipe.with_name("another")
     os.mkfifo(another)
     poured(content, another, hold=hold)
-    begun = time.monotonic()
     assert watched(str(another), seconds=1.0, patience=Patience(8.0, 20.0, 1.0))["end"]["why"] == "asked"
-    assert time.monotonic() - begun < 15
     hold.set()
 
 

@@ -61,11 +61,3 @@ def test_each_badge_of_a_list_has_a_moving_preview(tmp_path: Path) -> None:
     assert alone.exit_code == 0
     names = {path.name for path in (tmp_path / "a").iterdir()}
     assert all({path.name for path in Path(one["folder"]).iterdir()} == names for one in document["people"])
-
-
-def test_unknown_columns_are_named_with_the_nearest_known_one(tmp_path: Path) -> None:
-    """Catches: a misspelt column whose cells are on no badge, without a word."""
-    done = printed(tmp_path, "name,titel,lien,Colour,portait\nAda,Dr,Speaker,teal,\n", "--json")
-    (note,) = json.loads(done.stdout)["notes"]
-    assert "columns 'titel', 'lien' (did you mean line?), 'portait' (did you mean portrait?); " in note
-    assert "colour'" not in note and note in done.stderr

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -12,14 +10,12 @@ import numpy as np
 import pypdfium2 as pdfium
 import pytest
 
-from moireid.artwork.placing import ArtPiece
 from moireid.badge import Badge
 from moireid.designer import Order, design_badge
-from moireid.errors import FabricationError, SpecError
+from moireid.errors import FabricationError
 from moireid.fabrication.event import folder_name, print_event
-from moireid.fabrication.page import lettering, preview
+from moireid.fabrication.page import lettering
 from moireid.fabrication.page.lettering import name_note, set_name
-from moireid.fabrication.page.page_words import set_words
 from moireid.fabrication.page.pdf import write_badge_pdf
 from moireid.fabrication.text import fonts
 from moireid.fabrication.text.shaping import shape_line
@@ -101,16 +97,6 @@ def test_a_name_of_which_nothing_is_left_is_refused(
             refuse()
 
 
-def test_the_preview_shows_the_name_as_the_page_does(badge: Badge, only_own_font: None) -> None:
-    """Catches: a preview that promises another name than is printed."""
-    pictures = [
-        np.asarray(preview.draw_preview(replace(badge, name=name))) for name in ("محمد", "שלום", "Bo 山田", "Bo 李")
-    ]
-    top = [picture[60:160, 200:-200] for picture in pictures]
-    assert (top[0] != top[1]).any() and (top[1] != top[2]).any() and (top[2] == top[3]).all()
-    assert all((picture < 100).any() for picture in top)
-
-
 def test_names_from_a_list_make_safe_and_distinct_folders(tmp_path: Path) -> None:
     """Catches: a name that leaves the folder; two people in one folder; folders that sort unlike the list."""
     names = [
@@ -138,52 +124,3 @@ def test_names_from_a_list_make_safe_and_distinct_folders(tmp_path: Path) -> Non
     assert len({folder.casefold() for folder in folders}) == len(names) and folders == sorted(folders)
     assert all(set(folder) <= set("abcdefghijklmnopqrstuvwxyz0123456789-") for folder in folders)
     assert folder_name(7, badges[3], 5) == "00007-ada"
-
-
-@pytest.mark.slow
-def test_the_same_name_gives_the_same_bytes_in_another_process(badge: Badge, tmp_path: Path) -> None:
-    """Catches: a font or a layout that depends on the order of a set or of a folder's files."""
-    code = (
-        "import sys; from pathlib import Path; from dataclasses import replace\n"
-        "from moireid.designer import Order, design_badge\n"
-        "from moireid.fabrication.page.pdf import write_badge_pdf\n"
-        "badge = replace(design_badge(Order('Ada Lovelace', lens='50lpi'), bytes(range(8))), name='محمد बि 山')\n"
-        "write_badge_pdf(badge, Path(sys.argv[1]))\n"
-    )
-    for number, seed in enumerate("01"):
-        command = [sys.executable, "-c", code, str(tmp_path / f"{number}.pdf")]
-        subprocess.run(command, check=True, env={"PYTHONHASHSEED": seed, "PYTHONPATH": ":".join(sys.path)})
-    assert (tmp_path / "0.pdf").read_bytes() == (tmp_path / "1.pdf").read_bytes()
-
-
-#: Marks that stack above and below a letter.
-STACKED = "Zoe" + "\u0301\u0323" * 15 + "d"
-
-
-@pytest.mark.parametrize("name", [STACKED, "A" + "\u0323" * 12 + "da", "مُحَمَّدٌ", "שָׁלוֹם עוֹלָם"])
-def test_signs_above_and_below_letters_stay_in_their_room(name: str) -> None:
-    """Catches: marks that are stacked over the fringes, over the line below, or beyond the board's edge."""
-    piece = ArtPiece("words", (10.0, 10.0, 90.0, 22.0), name=name, lines=("Reporter",))
-    if name.count("\u0323") > 3:
-        with pytest.raises(SpecError, match="has no room on this badge"):
-            set_words(piece, None)
-        return
-    boxes = [row.box_mm for row in set_words(piece, None)]
-    for x0, y0, x1, y1 in boxes:
-        assert 10.0 - 1e-6 <= x0 < x1 <= 90.0 + 1e-6 and 10.0 - 1e-6 <= y0 < y1
-    assert boxes[0][3] <= boxes[1][1] + 1e-6 and boxes[-1][3] <= 22.0 + 1e-6
-
-
-@pytest.mark.parametrize("form", ["cr80", "a7", "4x3in", "a6", "board"])
-def test_the_words_of_a_mask_s_page_keep_clear_of_its_lines(form: str, tmp_path: Path) -> None:
-    """Catches: instructions that are printed on the film's lines, which spoils it."""
-    badge = design_badge(Order("Ada", front="mask", format=form, orientation="landscape"), bytes(8))
-    write_badge_pdf(badge, tmp_path / "a.pdf")
-    document = pdfium.PdfDocument(tmp_path / "a.pdf")
-    words, height = document[1].get_textpage(), document[1].get_height()
-    boxes = [words.get_charbox(k) for k in range(words.count_chars())]
-    document.close()
-    tops = [(height - box[3]) * 25.4 / 72 for box in boxes]
-    lows = [(height - box[1]) * 25.4 / 72 for box in boxes]
-    first, last = (f(badge.bounds_of(g)[k] for g in badge.gratings) for f, k in ((min, 1), (max, 3)))
-    assert all(low < first - 1.0 or top > last for top, low in zip(tops, lows, strict=True)) and min(tops) > 0

@@ -8,7 +8,7 @@ import pytest
 
 from moireid.artwork.placing import ArtPiece
 from moireid.errors import SpecError
-from moireid.fabrication.page.line_breaks import SOFT, divided, rows_of
+from moireid.fabrication.page.line_breaks import rows_of
 from moireid.fabrication.page.page_words import set_words
 
 
@@ -34,31 +34,6 @@ def test_words_break_at_spaces_hyphens_and_between_ideographs(
 ) -> None:
     """Catches: a hyphen that is lost or begins a row; a word that is cut; a name without spaces that never breaks."""
     assert rows(words, count) == expected
-
-
-def test_rows_are_as_even_as_can_be() -> None:
-    """Catches: rows that are filled one after the other, so that the last has one word."""
-    found = rows("aaaa bbbb cccc dddd", 2)
-    assert found == ("aaaa bbbb", "cccc dddd")
-
-
-def test_a_word_is_divided_after_a_vowel_near_its_middle() -> None:
-    """Catches: a division of Arabic or Devanagari, which join their letters; parts of one or two letters."""
-    word = divided("Maximilianos Theodorakopoulos", 2)
-    assert word is not None and word.count(SOFT) == 1
-    assert rows(word, 3) == ("Maximilianos", "Theodora-", "kopoulos")
-    assert rows(word, 1) == ("Maximilianos Theodorakopoulos",)
-    assert divided("محمدمحمدمحمد", 2) is None and divided("नरेन्द्रक्षत्रिय", 2) is None and divided("Ada", 2) is None
-
-
-def test_a_word_is_divided_only_where_it_would_be_too_small_to_read() -> None:
-    """Catches: a name cut in two that has room whole; a long one that is refused though it can be divided."""
-    name = "Wolfeschlegelsteinhausenbergerdorff"
-    (whole,) = set_words(ArtPiece("words", (0.0, 0.0, 60.0, 20.0), name=name), None)
-    assert whole.words == name and whole.points >= 7.0
-    parts = set_words(ArtPiece("words", (0.0, 0.0, 36.0, 20.0), name=name), None)
-    assert "".join(row.words.rstrip("-") for row in parts) == name and parts[0].words.endswith("-")
-    assert all(row.points >= 7.0 for row in parts)
 
 
 def test_a_name_that_is_too_long_is_refused_with_how_many_letters_have_room() -> None:

@@ -7,8 +7,6 @@ in the middle, and held against the STL with manifold3d.
 from __future__ import annotations
 
 import math
-import xml.etree.ElementTree as ElementTree
-import zipfile
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -19,7 +17,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from kit.mounting import board_of, box, framed, sight_volume
+from kit.mounting import box, framed, sight_volume
 from kit.payloads import payload_for_name
 from moireid.badge import Badge
 from moireid.designer import Order, design_badge
@@ -27,7 +25,6 @@ from moireid.errors import FabricationError, SpecError
 from moireid.fabrication import solids
 from moireid.fabrication.printed import mount
 from moireid.fabrication.printed.mount import MountProcess, MountReport, mount_bodies, write_mount
-from moireid.fabrication.printed.tray import tab_outline
 
 CARD_MM, LENS_MM, PLAY_MM, CARD_ROOM_MM = 0.3, 1.0, 0.3, 0.1
 #: Where the numbers meet exactly, float32 vertices leave overlaps thinner than 1e-5 mm.
@@ -81,6 +78,7 @@ def overlap_mm3(one: Any, other: Any) -> float:
     return (one ^ other).volume()
 
 
+@pytest.mark.claim("A printed mount holds card and sheet")
 @pytest.mark.slow
 def test_card_and_sheet_lie_in_the_tray_and_cannot_leave_but_upwards(badge: Badge, printed: Any) -> None:
     card, sheet = card_and_sheet(badge)
@@ -102,24 +100,6 @@ def test_card_and_sheet_lie_in_the_tray_and_cannot_leave_but_upwards(badge: Badg
     assert overlap_mm3(narrow.translate((0, 0, 0.29)), printed) < TOUCH_MM3
     assert overlap_mm3(narrow.translate((0, 0, 0.4)), printed) > TOUCH_MM3
     assert overlap_mm3(card.translate((0, 0, 0.09)), printed) < TOUCH_MM3
-
-
-def test_the_floor_is_a_lattice_that_keeps_a_card_flat(badge: Badge, sprung: Any) -> None:
-    """Catches: an opening into which a card that curls sinks by a tenth, a border with gaps, a floor that is full."""
-    floor = sprung.slice(-0.8)
-    card = manifold3d.CrossSection.square((146.0, 160.0), True)
-    openings = [opening.bounds() for opening in (card - floor).decompose()]
-    # Slits round the tongues are 0.8 mm wide; the others are openings.
-    wide = [(x1 - x0, y1 - y0) for x0, y0, x1, y1 in openings]
-    assert len(openings) > 40 and max(x for x, _ in wide) < 18.01 and max(y for _, y in wide) < 36.01
-    # An arc of 0.5 m radius over 18 mm is 0.08 mm high: less than the room of 0.1 mm that card and sheet have anyway.
-    assert max(x for x, _ in wide) ** 2 / (8 * 500.0) < CARD_ROOM_MM
-    assert floor.area() < 0.5 * 146 * 160
-    # But for the slits next to the rim, 1.2 mm at the edges are whole, and 5 mm at the top.
-    x, y = 73.0, 80.0
-    for edge in ((-x, -y, x, -y + 1.2), (-x, y - 5.0, x, y)):
-        strip = manifold3d.CrossSection.square((edge[2] - edge[0], edge[3] - edge[1])).translate(edge[:2])
-        assert (strip - floor).area() < 1e-3
 
 
 def test_card_and_sheet_slide_in_from_the_top(badge: Badge, printed: Any) -> None:
@@ -151,37 +131,6 @@ def test_fringes_and_markers_stay_in_sight(badge: Badge, printed: Any) -> None:
     assert overlap_mm3(flat, printed) > 0.01
 
 
-def test_mount_that_hides_something_is_refused(badge: Badge) -> None:
-    with pytest.raises(FabricationError, match=r"lip leaves 5\.60 mm next to grating 0, but .* 60 degrees") as caught:
-        mount_bodies(badge, "lanyard", MountProcess(lip_mm=3.2))
-    # Drawn back to 0.7 mm, its upper edge is 0.1 + 0.7 + 3.2 mm above the sheet, and hides more than the lower.
-    assert caught.value.details["need_mm"] == pytest.approx(4.0 * math.sqrt(3))
-    assert mount_bodies(badge, "lanyard", MountProcess(lip_mm=2.0))[0].on_bed.is_valid
-    with pytest.raises(FabricationError, match=r"lip leaves 5\.10 mm") as caught:
-        mount_bodies(badge, "lanyard", MountProcess(lip_mm=2.2))
-    assert caught.value.details["need_mm"] == pytest.approx(3.0 * math.sqrt(3))
-    x0, y0, x1, y1 = badge.gratings[0].rect_mm
-    wide_on_the_right = replace(badge, gratings=(replace(badge.gratings[0], rect_mm=(x0, y0, x1 + 3, y1)),))
-    with pytest.raises(FabricationError, match="next to grating 0"):
-        mount_bodies(wide_on_the_right, "lanyard")
-    centers = badge.markers.centers_mm
-    low = replace(badge.markers, centers_mm=(*centers[:3], (centers[3][0], centers[3][1] + 4.5)))
-    with pytest.raises(FabricationError, match=r"rim leaves .* next to marker 3"):
-        mount_bodies(replace(badge, markers=low), "lanyard")
-
-
-def test_report_and_files_agree(report: MountReport) -> None:
-    # 146 + 2 (0.3 + 2.0); 160 + 0.3 + 2.0 and tabs of 12; 1.6 + 0.3 + 1.0 + 0.1 + 1.2 + 0.4.
-    assert report.size_mm == pytest.approx((150.6, 174.3, 4.6))
-    mesh = trimesh.load_mesh(report.stl)
-    assert np.ptp(mesh.bounds, axis=0) == pytest.approx(report.size_mm, abs=0.02)
-    assert mesh.bounds[0] == pytest.approx((-75.3, -82.3, -1.6), abs=0.02)
-    assert mesh.volume == pytest.approx(report.volume_mm3, rel=0.001)
-    assert report.triangles == len(mesh.faces)
-    assert report.mass_g == pytest.approx(report.volume_mm3 * 0.00124)
-    assert {path.name for path in report.stl.parent.iterdir()} == {"mount.stl", "mount.3mf"}
-
-
 def one_triangle_gone(mesh: Any) -> None:
     mesh.update_faces(np.arange(len(mesh.faces)) != 7)
 
@@ -209,6 +158,7 @@ def twice(mesh: Any) -> None:
     mesh.vertices, mesh.faces = mesh.vertices, np.vstack([mesh.faces, mesh.faces])
 
 
+@pytest.mark.claim("A damaged mesh is refused before it is written")
 @pytest.mark.parametrize(
     ("damage", "complaint"),
     [
@@ -252,14 +202,6 @@ def test_nothing_is_left_of_a_failure(badge: Badge, tmp_path: Path, monkeypatch:
         write_mount(badge, tmp_path, overwrite=True)
     assert [path.name for path in tmp_path.iterdir()] == ["mount.stl"]
     assert (tmp_path / "mount.stl").read_text() == "the older one"
-
-
-@pytest.mark.slow
-def test_same_badge_gives_the_same_bytes(badge: Badge, report: MountReport, tmp_path: Path) -> None:
-    """Catches: a file that holds the time."""
-    again = write_mount(badge, tmp_path)
-    assert again.stl.read_bytes() == report.stl.read_bytes()
-    assert again.three_mf.read_bytes() == report.three_mf.read_bytes()
 
 
 # What presses page and lens on each other, and keeps them from turning.
@@ -329,22 +271,7 @@ def in_use(report: MountReport) -> list[Any]:
     return solids_
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("kind", ["clip", "stand"])
-def test_holder_is_a_second_body_next_to_the_tray_in_every_file(kind: str, held: dict[str, MountReport]) -> None:
-    """Catches: a holder that is fused with the tray, left out of a file, buried in it, or above the bed."""
-    report = held[kind]
-    mesh = trimesh.load_mesh(report.stl)
-    bodies = sorted(mesh.split(), key=lambda piece: piece.bounds[0][0])
-    assert len(bodies) == 2 and all(piece.is_watertight for piece in bodies)
-    assert bodies[1].bounds[0][0] - bodies[0].bounds[1][0] == pytest.approx(8.0, abs=0.02)
-    assert [piece.bounds[0][2] for piece in bodies] == pytest.approx([-1.6, -1.6], abs=1e-3)
-    assert sum(piece.volume for piece in bodies) == pytest.approx(report.volume_mm3, rel=0.002)
-    for body, piece in zip(report.bodies, bodies, strict=True):
-        assert piece.volume == pytest.approx(body.expected.volume_mm3, rel=0.003)
-    assert [name for name, _, _ in read_3mf(report.three_mf)] == ["tray", kind]
-    tray, holder = in_use(report)
-    assert overlap_mm3(tray, holder) < TOUCH_MM3
+# The 3MF file, read here by the standard library alone.
 
 
 def test_clip_goes_in_from_behind_and_the_bar_rests_in_its_hook(held: dict[str, MountReport]) -> None:
@@ -396,20 +323,6 @@ def centroid(solid: Any) -> np.ndarray:
     return trimesh.Trimesh(mesh.vert_properties[:, :3], mesh.tri_verts).center_mass
 
 
-def test_stand_needs_no_tab_and_so_takes_a_narrow_board(badge: Badge) -> None:
-    """Catches: a tab on a tray for a stand, and a narrow board refused for a tab that is not needed."""
-    tiny = board_of(badge, 30.0, 40.0)
-    with pytest.raises(FabricationError, match=r"25 mm wide is narrower than the lanyard's tab; give one of 25\.4 mm"):
-        mount_bodies(board_of(badge, 25.0, 40.0), "lanyard")
-    tray, stand = mount.mount_bodies(tiny, "stand")
-    assert tuple(tray.on_bed.bounding_box().max)[:2] == pytest.approx((17.3, 20.0), abs=1e-4)
-    assert stand.on_bed.is_valid and len(stand.on_bed.solids()) == 1
-    with pytest.raises(
-        FabricationError, match="mount 'magnet' is not known; choose one of lanyard, clip, stand, holder"
-    ):
-        mount.mount_bodies(tiny, "magnet")
-
-
 @pytest.mark.parametrize("kind", ["lanyard", "clip", "stand"])
 def test_nothing_is_printed_in_mid_air(kind: str, report: MountReport, held: dict[str, MountReport]) -> None:
     """Catches: a flat lip, a hook on its back, a rest that leans over: what would sag, or need supports."""
@@ -425,59 +338,7 @@ def test_nothing_is_printed_in_mid_air(kind: str, report: MountReport, held: dic
         solids.check_overhangs(shelf, "shelf")
 
 
-@pytest.mark.parametrize(("width", "slots"), [(146.0, 2), (86.0, 2), (54.0, 2), (36.0, 1)])
-def test_a_badge_hangs_from_two_points_where_it_is_wide_enough(badge: Badge, width: float, slots: int) -> None:
-    """Catches: one cord that lets a badge turn, slots that meet, a tab beyond the tray."""
-    plan, _ = mount.plan_mount(board_of(badge, width, 86.0), "lanyard", MountProcess())
-    assert len(plan.slots) == slots and plan.slot_mm[0] >= 10.0
-    corners = tab_outline(plan.slots, plan.slot_mm[0], plan.half_mm[1], plan.tab_top, 2.0)
-    across = [x for x, _ in corners]
-    assert across == sorted(across, reverse=True) and -plan.out_x < across[-1] < across[0] < plan.out_x
-    if slots == 2:
-        assert plan.slots[0] == -plan.slots[1] and plan.slots[1] - plan.slots[0] - plan.slot_mm[0] >= 4.0 - 1e-6
-    assert len(mount.plan_mount(board_of(badge, width, 86.0), "clip", MountProcess())[0].slots) == 1
-
-
-def test_a_stand_leans_as_far_as_is_asked(badge: Badge) -> None:
-    """Catches: an angle that the files do not follow, and one at which it would fall over or not print."""
-    for degrees in (5.0, 40.0):
-        _, stand = mount.mount_bodies(badge, "stand", MountProcess(stand_deg=degrees))
-        # The groove's floor leans from the table as far as the badge leans from upright.
-        leaning = [f for f in stand.used.faces() if f.normal_at().Y > 0.999 and abs(f.center().Y + 82.35) < 0.01]
-        table = min(stand.used.faces(), key=lambda face: (face.normal_at().Y, -face.area))
-        assert leaning and math.degrees(math.acos(-table.normal_at().Y)) == pytest.approx(degrees, abs=0.01)
-    with pytest.raises(FabricationError, match="stand_deg=45"):
-        MountProcess(stand_deg=45.0)
-    with pytest.raises(FabricationError, match="stand_deg=4 is too upright"):
-        MountProcess(stand_deg=4.0)
-
-
 # The extremes.
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("size", "kind"), [((300.0, 300.0), "lanyard"), ((60.0, 66.0), "clip"), ((30.0, 40.0), "stand")]
-)
-def test_large_and_small_boards(size: tuple[float, float], kind: str, badge: Badge, tmp_path: Path) -> None:
-    """Catches: figures of the default board in the shape, and a file that only its checks would have refused."""
-    report = write_mount(board_of(badge, *size), tmp_path, kind=kind)
-    tray = min(trimesh.load_mesh(report.stl).split(), key=lambda piece: piece.bounds[0][0])
-    assert tray.bounds[1][0] - tray.bounds[0][0] == pytest.approx(size[0] + 4.6, abs=0.02)
-    assert len(read_3mf(report.three_mf)) == (1 if kind == "lanyard" else 2)
-
-
-@pytest.mark.slow
-def test_thin_and_thick_sheets(badge: Badge) -> None:
-    """Catches: a lip at a fixed height, and a thick sheet whose rim hides the markers."""
-    thin = mount_bodies(board_of(badge, 146.0, 160.0, lens_mm=0.2), "lanyard")[0].on_bed
-    top_mm = thin.bounding_box().max.Z
-    assert top_mm == pytest.approx(0.3 + 0.2 + 0.1 + 1.6, abs=1e-4)
-    thick = mount_bodies(board_of(badge, 146.0, 160.0, lens_mm=6.0), "lanyard")[0].on_bed
-    top_mm = thick.bounding_box().max.Z
-    assert top_mm == pytest.approx(0.3 + 6.0 + 0.1 + 0.7 + 0.4, abs=1e-4)
-    with pytest.raises(FabricationError, match=r"lip leaves .* next to marker .*; take a smaller lip_reach_mm"):
-        mount_bodies(board_of(badge, 60.0, 40.0, lens_mm=6.0), "lanyard")
 
 
 def test_thin_wall_in_a_mesh_is_found() -> None:
@@ -488,56 +349,3 @@ def test_thin_wall_in_a_mesh_is_found() -> None:
     with pytest.raises(FabricationError, match=r"plate has walls thinner than 0\.8 mm at z = 2\.50 mm"):
         solids.check_walls(thin, [2.5], 0.8, "plate")
     solids.check_walls(plate + box((19.0, 5.0, 30.0, 5.81), 0.0, 5.0), [2.5], 0.8, "plate")
-
-
-# The 3MF file, read here by the standard library alone.
-
-
-CORE = "{http://schemas.microsoft.com/3dmanufacturing/core/2015/02}"
-
-
-def read_3mf(path: Path) -> list[tuple[str, np.ndarray, np.ndarray]]:
-    """Name, vertices and triangles of each object in a 3MF file."""
-    with zipfile.ZipFile(path) as archive:
-        root = ElementTree.fromstring(archive.read("3D/3dmodel.model"))
-    assert root.get("unit") == "millimeter"
-    assert len(root.findall(f"{CORE}build/{CORE}item")) == len(root.findall(f"{CORE}resources/{CORE}object"))
-    found = []
-    for thing in root.iter(f"{CORE}object"):
-        vertices = np.array([[float(v.get(k, "")) for k in "xyz"] for v in thing.iter(f"{CORE}vertex")])
-        faces = np.array([[int(t.get(k, "")) for k in ("v1", "v2", "v3")] for t in thing.iter(f"{CORE}triangle")])
-        found.append((thing.get("name", ""), vertices, faces))
-    return found
-
-
-def test_3mf_holds_the_same_bodies_as_the_stl(held: dict[str, MountReport]) -> None:
-    """Catches: another unit, a place lost, vertices rounded away, and a file that differs from run to run."""
-    report = held["stand"]
-    solids_ = sorted(trimesh.load_mesh(report.stl).split(), key=lambda piece: piece.bounds[0][0])
-    for (name, vertices, faces), piece in zip(read_3mf(report.three_mf), solids_, strict=True):
-        mesh = trimesh.Trimesh(vertices, faces)
-        assert mesh.is_watertight, name
-        assert mesh.volume == pytest.approx(piece.volume, rel=1e-5)
-        assert mesh.bounds == pytest.approx(piece.bounds, abs=1e-3)
-
-
-def test_damaged_3mf_is_refused(held: dict[str, MountReport], tmp_path: Path) -> None:
-    """Catches: a check that does not read, one that trusts the number of bodies, and one that ignores a hole."""
-    report = held["clip"]
-    wanted = [body.expected for body in report.bodies]
-    solids.check_3mf(report.three_mf, wanted)
-    named = [(name, trimesh.Trimesh(v, f)) for name, v, f in read_3mf(report.three_mf)]
-    path = tmp_path / "damaged.3mf"
-    solids.export_3mf(named[:1], path)
-    with pytest.raises(FabricationError, match="3MF file holds 1 bodies, allowed is exactly 2"):
-        solids.check_3mf(path, wanted)
-    solids.export_3mf(named[::-1], path)
-    with pytest.raises(FabricationError, match=r"3MF file holds .* mm³"):
-        solids.check_3mf(path, wanted)
-    one_triangle_gone(named[0][1])
-    solids.export_3mf(named, path)
-    with pytest.raises(FabricationError, match="3MF file"):
-        solids.check_3mf(path, wanted)
-    path.write_bytes(report.three_mf.read_bytes()[:5000])
-    with pytest.raises(FabricationError, match="3MF file cannot be read back"):
-        solids.check_3mf(path, wanted)

@@ -77,7 +77,9 @@ CASES = {
 }
 CASES |= {f"kerf {kerf:g} mm": Extreme(PLAIN, figures=(f"kerf_mm={kerf:g}",)) for kerf in (0.0, 1.0, 5.0)}
 CASES |= {f"sheet {mm:g} mm": Extreme(PLAIN if mm > 1 else FINE, mm) for mm in (0.2, 0.3, 2.5, 4.0, 6.0)}
-CASES |= {f"spacer {gap:g} mm": Extreme(replace(PLAIN, front="mask", gap_mm=gap)) for gap in (0.2, 0.5, 3.0, 6.0)}
+CASES |= {
+    f"spacer {gap:g} mm": Extreme(replace(PLAIN, front="mask", lens_thickness_mm=gap)) for gap in (0.2, 0.5, 3.0, 6.0)
+}
 #: What becomes of each extreme, with every mount; the rest is made whole.
 REFUSED = ("board 30x30 mm", "board 300x300 mm", "kerf 5 mm", "spacer 0.2 mm")
 PRINTED_ALONE = ("board 30x40 mm", "sheet 0.2 mm", "sheet 0.3 mm", "sheet 6 mm", "spacer 6 mm")
@@ -123,7 +125,7 @@ def test_what_the_refusals_advise_does_work() -> None:
     ):
         assert whole(name, lens_mm=numbers(pattern, why(name))[0])
     assert not whole("sheet 6 mm", lens_mm=5.1)
-    assert whole("spacer 6 mm", gap_mm=numbers(r"\) of ([\d.]+) mm or less", why("spacer 6 mm"))[0])
+    assert whole("spacer 6 mm", lens_thickness_mm=numbers(r"\) of ([\d.]+) mm or less", why("spacer 6 mm"))[0])
     for name in ("board 30x30 mm, lens", "board 300x300 mm, lens"):
         size = numbers(r"at (?:least|most) ([\d.]+) ?x ?([\d.]+)", why(name))
         assert whole(name, size_mm=(size[0], size[1]))

@@ -70,9 +70,3 @@ def test_several_sizes_share_sheets_and_are_all_cut() -> None:
         assert area / (wide * high) <= plan.sheet_count <= sum(alone)
     both = plan_cutting([Pieces(73, 89, 4), Pieces(89, 73, 2)], (210.0, 297.0))
     assert both.sheet_count == 1
-
-
-def test_no_sheet_is_larger_than_a_press_prints() -> None:
-    """Catches: a plan for a sheet of metres, typed by mistake."""
-    with pytest.raises(FabricationError, match="is not sold"):
-        plan_cutting([Pieces(10, 10, 1)], (2100.0, 29700.0))

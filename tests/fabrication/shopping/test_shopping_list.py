@@ -2,22 +2,18 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 from dataclasses import replace
 
-import pypdfium2 as pdfium
 import pytest
 
 from moireid.badge import Badge
 from moireid.designer import Order, design_badge
 from moireid.designer.formats import FORMATS
 from moireid.errors import SpecError
-from moireid.fabrication.mount_parts import Parts, plan_parts
+from moireid.fabrication.mount_parts import Parts
 from moireid.fabrication.printed.mount import KINDS
 from moireid.fabrication.process_figures import MountFigures
-from moireid.fabrication.shopping.shopping_files import write_shopping
 from moireid.fabrication.shopping.shopping_list import (
     ShoppingList,
     lens_pieces,
@@ -77,14 +73,6 @@ def test_lenses_of_two_fields_run_as_each_field_needs_them() -> None:
         assert any(one.across_mm >= across - 1e-3 and one.along_mm >= along - 1e-3 for one in pieces), (across, along)
 
 
-def test_a_mask_takes_film_and_spacers() -> None:
-    """Catches: a cutting plan for lens sheets that no one buys; a mask without its film."""
-    badge = design_badge(Order("A", lens="50lpi", front="mask", range_m=(0.8, 1.5)), bytes(8))
-    found = listed(badge, WITHOUT, 10, form=None)
-    assert found.cutting is None and amounts(found)["film"] == 11 and "lens-sheet" not in amounts(found)
-    assert amounts(found)[f"spacer-{badge.lens.thickness_mm:g}mm"] == 11
-
-
 def test_a_printed_mount_has_its_hours_and_grams(card: Badge) -> None:
     """Catches: the time of one mount given for all; grams without the spare; a mount without figures shown as free."""
     parts = replace(WITHOUT, printed="lanyard")
@@ -96,40 +84,6 @@ def test_a_printed_mount_has_its_hours_and_grams(card: Badge) -> None:
     # Each format has each mount, and none takes a night; a slow test slices one of them again.
     assert set(mount_times()) == {(form, kind) for form in FORMATS for kind in KINDS}
     assert all(0.2 < hours <= 2 and 3 < grams < 300 for hours, grams in mount_times().values())
-
-
-def test_an_acrylic_stack_lists_its_parts_and_screws() -> None:
-    """Catches: plates of one thickness counted once for all three; screws for one badge."""
-    badge = design_badge(Order("A", format="a6", lens="40lpi-2mm", range_m=(0.4, 1.0)), bytes(8))
-    parts = replace(plan_parts(badge, "lanyard"), printed="none")
-    assert parts.acrylic is not None
-    found = shopping_list(badge, parts, 10, (297.0, 210.0), form="a6", spare_share=0.05)
-    wanted: dict[str, int] = {"screws": 11 * len(parts.acrylic.screws)}
-    for plate in parts.acrylic.plates:
-        key = f"acrylic-{plate.thickness_mm:g}mm"
-        wanted[key] = wanted.get(key, 0) + 11
-    assert wanted.items() <= amounts(found).items() and not {"filament", "holder"} & set(amounts(found))
-
-
-def test_the_files_say_what_the_plan_says(card: Badge, tmp_path) -> None:
-    """Catches: a missing page; a plan without sizes or distances; files that change each time."""
-    found = listed(card, WITHOUT, 45)
-    files, again = (write_shopping(found, tmp_path / name) for name in ("one", "two"))
-    assert {path.read_bytes() for path in files.values()} == {path.read_bytes() for path in again.values()}
-    pages = [page.get_textpage().get_text_range() for page in pdfium.PdfDocument(files["cutting-plan.pdf"])]
-    assert found.cutting is not None and len(pages) == len(found.cutting.sheets) == 2
-    strips, count = found.cutting.sheets[0]
-    assert f"Sheets 1 to {count}, all cut alike" in pages[0]
-    size = f"{strips[0].across_mm:g} x {strips[0].along_mm:.2f}"
-    for page, (strips, _) in zip(pages, found.cutting.sheets, strict=True):
-        assert page.count(size) == sum(strip.count for strip in strips)
-        assert f"{3 + sum(strip.along_mm for strip in strips):.2f}".rstrip("0").rstrip(".") in page
-    words = pdfium.PdfDocument(files["shopping-list.pdf"])[0].get_textpage().get_text_range()
-    rows = list(csv.DictReader(io.StringIO(files["shopping-list.csv"].read_text(encoding="utf-8-sig"))))
-    assert [(row["key"], int(row["quantity"])) for row in rows] == list(amounts(found).items())
-    assert all(line.amount in words for line in found.lines)
-    with pytest.raises(SpecError, match="exists already"):
-        write_shopping(found, tmp_path / "one")
 
 
 def test_the_spare_share_is_rounded_up_and_exact() -> None:

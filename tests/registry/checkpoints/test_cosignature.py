@@ -115,15 +115,6 @@ def test_k_of_n_count_and_no_key_counts_twice():
         witness_keys([keys[0], str(again)])
 
 
-@pytest.mark.parametrize(("needed", "of"), [(0, 3), (4, 3), (1, 2), (1, 3), (2, 4)])
-def test_k_is_more_than_half_of_n(needed, of):
-    """Catches: two halves of the witnesses, of which each signs another log in good faith."""
-    keys = [Witness(f"w{number}").key for number in range(of)]
-    with pytest.raises(SpecError, match="more than half"):
-        Quorum.of(keys, needed)
-    assert Quorum.of(keys).needed == of and Quorum.of(keys, of // 2 + 1).needed == of // 2 + 1
-
-
 def test_old_and_future_signatures_do_not_count():
     """Catches: a signature of last year that covers a rollback; one of next year, that would count for ever."""
     one = Witness("w1")
@@ -132,31 +123,3 @@ def test_old_and_future_signatures_do_not_count():
     for at in (time.time() - 8 * 86400, time.time() + 3600):
         with pytest.raises(RegistryError, match=r"days ago|a time to come"):
             quorum.signers(cosigned(one, at=at), "x")
-
-
-@pytest.mark.parametrize(
-    "text",
-    [
-        "",
-        "bananas.example+12344556",
-        "rekor.example+12345678+THIS_IS_NOT_BASE64!",
-        "rekor.example+12345678+AwEB",
-        WITNESS_KEY.replace("da77ade7", "00000000"),
-        WITNESS_KEY.replace("remora", "a b"),
-        LOG_KEY,
-    ],
-)
-def test_what_is_no_key_of_a_witness_is_said_in_one_sentence(text, tmp_path):
-    """Catches: a log's key that counts as a witness; a traceback; an empty file that asks for nothing."""
-    for given in (text, tmp_path / "keys"):
-        (tmp_path / "keys").write_text(f"# of a friend\n{text}\n")
-        with pytest.raises(SpecError) as refused:
-            Quorum.of([str(given)])
-        assert "\n" not in str(refused.value)
-
-
-def test_keys_are_read_from_a_file(tmp_path):
-    """Catches: a file of which only the first line counts."""
-    keys = [Witness(name).key for name in ("w1", "w2")]
-    (tmp_path / "keys").write_text("\n".join(["# friends", *keys, ""]))
-    assert list(map(str, witness_keys([str(tmp_path / "keys")]))) == keys

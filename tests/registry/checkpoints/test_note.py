@@ -26,13 +26,6 @@ def test_a_note_is_that_of_another_implementation():
     assert opened(f"{TEXT}\n{LINE}", "PeterNeumann", PETER.authority) == TEXT
 
 
-def test_lines_of_other_signers_are_passed_over():
-    """Catches: a checkpoint that a witness has signed too, and that then counts as none."""
-    other = "— witness.example/w1 " + base64.b64encode(bytes(68)).decode() + "\n"
-    for lines in (other + LINE, LINE + other):
-        assert opened(f"{TEXT}\n{lines}", "PeterNeumann", PETER.authority) == TEXT
-
-
 @pytest.mark.parametrize(
     "note",
     [

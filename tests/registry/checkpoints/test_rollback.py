@@ -67,6 +67,7 @@ def put_back(path: Path) -> Path:
     return path
 
 
+@pytest.mark.claim("A registry that was put back is refused by who saw the later state")
 @pytest.mark.parametrize("reader", READERS)
 def test_a_state_of_before_a_kill_is_refused_by_every_reader(put_back: Path, reader: str) -> None:
     """Catches: a head that is remembered at a clean close only; a method that shows the state of before."""
@@ -101,18 +102,6 @@ def test_an_older_state_is_accepted_in_one_way_that_says_what_is_lost(put_back: 
     run("registry", "revoke", "Ada", "--reason", "found", "--registry", url_of(put_back))
     shutil.copy(f"{put_back}.new", put_back)
     assert "forked" in run("registry", "list", "--registry", url_of(put_back), code=2).stderr
-
-
-def test_what_is_shown_is_remembered(path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Catches: a user who was shown a revocation by `show`, and later the state of before."""
-    with open_registry(url_of(path), create=True) as registry:
-        registry.enroll(badge_of("Ada"))
-        shutil.copy(path, f"{path}.old")
-        registry.revoke("Ada", "lost")
-    monkeypatch.setenv("MOIREID_SEEN", str(tmp_path / "another person's"))
-    assert "revoked on" in run("registry", "show", "Ada", "--registry", url_of(path)).stdout
-    shutil.copy(f"{path}.old", path)
-    assert "rolled back" in run("registry", "show", "Ada", "--registry", url_of(path), code=2).stderr
 
 
 def test_a_log_that_keeps_only_the_seen_entry_is_refused(path: Path) -> None:

@@ -62,6 +62,7 @@ def test_a_registry_is_made_written_and_published_without_its_key(
             registry.revoke("Ada Lovelace", "lost")
 
 
+@pytest.mark.claim("A signer gives its key to no one and signs only what an authority signs")
 def test_it_signs_what_an_authority_signs_and_nothing_else(signer: str, tmp_path: Path) -> None:
     """Catches: a process that signs whatever it is given, in any domain, or that gives its key away."""
     with open_registry(f"sqlite:///{tmp_path}/people.sqlite3", create=True) as registry:

@@ -6,12 +6,9 @@ import numpy as np
 import pytest
 
 from kit.payloads import payload_for_name
-from kit.seen_gratings import instant
 from moireid.designer import Order, design_badge
-from moireid.simulate.analytic.analytic_renderer import AnalyticRenderer
 from moireid.simulate.analytic.traced_page import cell_table, printed_scales
 from moireid.simulate.cameras import Camera
-from moireid.simulate.mitsuba.sheet import page_strips
 from moireid.simulate.scene import Build, Scene
 from moireid.smooth_lines import LineField
 
@@ -53,28 +50,3 @@ def test_patches_have_the_field_s_numbers(scene):
         off -= np.round(off.mean())
         assert np.abs(off).max() < 0.04 and np.sqrt(np.mean(off**2)) < 0.006
         assert duty == pytest.approx(0.5)
-
-
-@pytest.mark.parametrize("distance_mm", [500.0, 1000.0, 1500.0])
-def test_rays_that_meet_many_patches_are_traced_at_once(scene, distance_mm):
-    """Catches: the wrong patch among those around a pixel, by a row, a column or a width; a field that is left to the
-    careful tracer, which takes four times as long."""
-    seen = instant((80.0, -60.0, -distance_mm))
-    fast, careful = (AnalyticRenderer(scene, precision=p).render(seen).radiance for p in ("float32", "float64"))
-    assert np.any(fast != careful)
-    # The two differ in a ray now and then; a patch taken for another is a third of the contrast off and more.
-    contrast = scene.paper - scene.ink
-    assert np.sqrt(np.mean((fast - careful) ** 2)) < 0.01 * contrast
-
-
-def test_strips_of_ink_cover_half_of_the_field(scene):
-    """Catches: strips of paper over ink; slices in another grating's frame; lines that are lost at the field's ends."""
-    for grating in scene.badge.gratings:
-        strips = page_strips(scene, grating)
-        ink, paper = (
-            float((np.ptp(strips[name].across, axis=1) * np.ptp(strips[name].along, axis=1)).sum())
-            for name in ("ink", "paper")
-        )
-        low, top, high, bottom = grating.rect_mm
-        assert ink + paper == pytest.approx(1.004**2 * (high - low) * (bottom - top), rel=1e-3)
-        assert ink / paper == pytest.approx(1.0, abs=0.02)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from fractions import Fraction
 from pathlib import Path
 
 import av
@@ -55,13 +54,6 @@ def test_paper_is_as_bright_in_the_file_as_the_standard_says(tmp_path):
     assert plane.mean() == pytest.approx(64 + 876 * 0.75, abs=4)
 
 
-def test_wide_pixels_are_told_by_a_flag(prototype, tmp_path):
-    """Catches: a flag that the container loses; the inverse of the aspect."""
-    with av.open(str(shoot(prototype, tmp_path / "a.mp4", "anamorphic"))) as container:
-        stream = container.streams.video[0]
-        assert (stream.width, stream.height) == (360, 272) and stream.sample_aspect_ratio == Fraction(4, 3)
-
-
 def test_a_call_changes_its_sharpness_and_keeps_its_size(tmp_path):
     """Catches: frames lost where the size changes; a file that changes its size; a spell that never ends."""
     noise = np.random.default_rng(1).integers(0, 256, (360, 640)).astype(np.uint8)
@@ -75,13 +67,6 @@ def test_a_call_changes_its_sharpness_and_keeps_its_size(tmp_path):
     assert {picture.shape for _, picture in frames} == {(360, 640)}
     spread = np.array([picture.std() for _, picture in frames])
     assert np.array_equal(spread > 30, [k // 30 % 2 == 0 for k in range(70)])
-
-
-def test_a_call_is_the_first_encoding_and_the_recording_the_last():
-    """Catches: a call's rate for the recording; turns of another rate."""
-    change = effect_named("call:strong").recipe
-    assert change is not None
-    assert change(Recipe((Pass(crf=23),))).passes == (Pass(kbps=200, turns=(360, 240)), Pass(crf=23))
 
 
 # The table.

@@ -52,34 +52,6 @@ def test_blending_keeps_the_told_times_and_repeating_lags():
     assert np.count_nonzero(np.diff(shown) == 0) == pytest.approx(FRAMES / 5, abs=1)
 
 
-@pytest.mark.parametrize(("strength", "seconds"), [("light", 0.1), ("ordinary", 0.3), ("strong", 1.0)])
-def test_a_frozen_picture_jumps_to_where_it_would_be(strength, seconds):
-    """Catches: a film that goes on from where it stood; spells of another length; none within a second."""
-    shown = times(f"freeze:{strength}") * FPS
-    late = np.rint(np.arange(FRAMES) - shown)
-    assert late.max() == pytest.approx(seconds * FPS) and np.mean(late == 0) > 0.4
-    assert np.count_nonzero((late[1:] > 0) & (late[:-1] == 0)) == 5
-
-
-def test_a_mean_is_of_the_frames_up_to_its_own():
-    """Catches: frames of the future; a mean of one frame too few; a first frame that is darker."""
-    parts = timing("mix").parts
-    assert [number for number, _ in parts[7]] == [5, 6, 7] and [number for number, _ in parts[0]] == [0]
-    assert [weight for _, weight in parts[7]] == pytest.approx([1 / 3] * 3, abs=1e-5)
-
-
-def test_lost_frames_are_closed_up_and_jitter_is_as_large_as_told():
-    """Catches: a share of frames that is kept; jitter of ms taken for frames; times that drift away."""
-    assert times("skip")[-1] * FPS / FRAMES == pytest.approx(1 / 0.95, rel=0.03)
-    off = times("jitter:strong") - np.arange(FRAMES) / FPS
-    assert off.std() == pytest.approx(0.01, rel=0.2) and abs(off.mean()) < 0.003
-
-
-def test_slow_motion_films_faster_than_it_plays():
-    """Catches: a film that runs faster."""
-    assert times("slow-motion") == pytest.approx(np.arange(FRAMES) / FPS / 4)
-
-
 def test_a_film_shows_its_mixed_and_repeated_frames_and_the_truth_tells_them(prototype, tmp_path: Path):
     """Catches: frames rendered twice, whose noise differs; a mix of wrong frames; truth of frames not shown."""
     scene = Scene(prototype, Build(), Camera(480, 272, 363.0, noise_counts=3.0, exposure_drift=0.0))

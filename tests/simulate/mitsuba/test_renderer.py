@@ -38,10 +38,8 @@ from moireid.designer import Order, design_badge
 from moireid.errors import SpecError
 from moireid.lenticule import landing_mm
 from moireid.simulate.analytic.analytic_renderer import BoardRadiance
-from moireid.simulate.analytic.traced_page import cell_table
 from moireid.simulate.mitsuba import variant as mitsuba_variant
 from moireid.simulate.mitsuba.mitsuba_renderer import MitsubaRenderer
-from moireid.simulate.mitsuba.sheet import page_strips
 from moireid.simulate.scene import Build, Instant, Scene
 
 BUILT = Build(lens_offset_mm=0.13, twist_rad=math.radians(0.4), print_scale=1.003, lens_scale=0.998, print_aspect=0.994)
@@ -89,6 +87,7 @@ def fresnel_turn_rad(lens: Lens, rear_pitch_mm: float, tan_x: float) -> float:
     return float(np.angle(np.mean((1 - reflected) * wave) / np.mean(wave)))
 
 
+@pytest.mark.claim("Mitsuba, the renderer and the law agree")
 @pytest.mark.parametrize("band", [0, 10])
 def test_three_routes_to_the_phase_agree(badge: Badge, band: int) -> None:
     """Mitsuba, the analytic renderer and the phase law, straight on and at 17 degrees, rad.
@@ -120,23 +119,6 @@ def test_three_routes_to_the_phase_agree(badge: Badge, band: int) -> None:
     assert np.abs(from_law).max() < 0.01, output
 
 
-@pytest.mark.slow
-def test_only_the_transmittance_sets_it_apart_at_31_degrees(badge: Badge) -> None:
-    """At u = 0.6 the two renderers differ by what Fresnel's law says, and so not by Mitsuba's ray offset.
-
-    Without the page's depth taken back they would differ by 0.010 rad less.
-    """
-    scene, instant = Scene(badge), seen_from((600, 0, -1000), (25, 0, 0))
-    mitsuba = mitsuba_frame(scene, instant, pixels_of(scene, instant, badge.gratings[0].rect_mm))
-    analytic = analytic_frame(scene, instant)
-    cells = badge.gratings[0].cells
-    apart = [turn_rad(*(beyond_law_rad(p, scene, instant, cell) for p in (mitsuba, analytic))) for cell in cells]
-    # The camera at +x looks along negative tangents.
-    expected = np.mean([fresnel_turn_rad(badge.lens, cell.pitch_mm, -0.6) for cell in cells])
-    assert expected < -0.01
-    assert np.mean(apart) == pytest.approx(expected, abs=0.004)
-
-
 def turned(badge: Badge) -> Badge:
     """The same grating turned by a quarter, so that its fringes sense y."""
     grating, (cx, cy) = badge.gratings[0], (badge.page_mm[0] / 2, badge.page_mm[1] / 2)
@@ -146,20 +128,6 @@ def turned(badge: Badge) -> Badge:
 
     cells = tuple(replace(c, rect_mm=swap(c.rect_mm), edge_mm=c.edge_mm - cx + cy) for c in grating.cells)
     return replace(badge, gratings=(replace(grating, axis="y", rect_mm=swap(grating.rect_mm), cells=cells),))
-
-
-@pytest.mark.parametrize("kind", ["x", "y"])
-def test_bands_end_where_the_printer_put_them(badge: Badge, kind: str) -> None:
-    """The strips of both renderers against the design, scaled about the board's centre by each direction's own scale.
-
-    Catches: a scale across used along; scales that stay with x and y of a grating that runs the other way.
-    """
-    badge = badge if kind == "x" else turned(badge)
-    scene, side = Scene(badge, Build(print_scale=1.002, print_aspect=0.995)), 1 if kind == "x" else 0
-    ends = np.unique([[cell.rect_mm[side], cell.rect_mm[side + 2]] for cell in badge.gratings[0].cells])
-    printed = (ends - scene.board_centre_mm[side]) * (1.002 * (0.995 if kind == "x" else 1.0))
-    np.testing.assert_allclose(cell_table(scene).cuts[0, 1, : len(ends)], printed, atol=1e-9)
-    np.testing.assert_allclose(np.unique(page_strips(scene, badge.gratings[0])["ink"].along), printed, atol=1e-9)
 
 
 @pytest.mark.parametrize("kind", ["lens", "lens along x", "mask", "mask in air"])
@@ -188,54 +156,6 @@ def test_pictures_agree_pixel_by_pixel(badge: Badge, kind: str) -> None:
     assert abs(np.mean(first - reference)) < 0.002
 
 
-def test_markers_and_the_boards_edge_agree(badge: Badge) -> None:
-    """The corner with a marker, whose bits have no symmetry, and the coverage of the pixels at the board's edge."""
-    scene, instant = Scene(badge, BUILT), seen_from((-200, 90, -700), (-10, -4, -5))
-    x, y = badge.markers.centers_mm[1]
-    crop = pixels_of(scene, instant, (x - 14, y - 18, badge.outline_mm[2] - 1, y + 14))
-    mitsuba, analytic = mitsuba_frame(scene, instant, crop), analytic_frame(scene, instant, (16, 16))
-    apart = mitsuba.radiance - cut(analytic, crop)
-    cover = cut(BoardRadiance(analytic.coverage, analytic.coverage, analytic.left, analytic.top), crop)
-    assert 0 < np.mean((cover > 0) & (cover < 1)) < np.mean(cover == 1) < 1
-    np.testing.assert_allclose(mitsuba.coverage, cover, atol=1 / 16)
-    # The texture has 12 px to the mm, 0.04 of a pixel of this picture: that, and 64 rays, blur a marker's edge.
-    assert np.sqrt(np.mean(apart[cover == 1] ** 2)) < 0.02
-    # The two sample a pixel's area at different places, so each may see a sliver that the other does not.
-    assert mitsuba.coverage[cover == 0].max() < 1 / 32 and np.all(mitsuba.radiance[mitsuba.coverage == 0] == 0)
-
-
-def test_frame_of_a_moving_camera_shows_the_middle_pose(badge: Badge) -> None:
-    """First and last row's poses 4 mm and 1 degree apart give the same picture as the pose between them."""
-    scene, still = Scene(badge), seen_from((50, 20, -900), (3, 0, 0))
-    first, last = seen_from((48, 20, -900), (2.5, 0, 0)).first, seen_from((52, 20, -900), (3.5, 0, 0)).first
-    crop = pixels_of(scene, still, (100.0, 140.0, 110.0, 146.0))
-    moving = mitsuba_frame(scene, Instant(first, last, still.shown_from_mm), crop)
-    np.testing.assert_allclose(moving.radiance, mitsuba_frame(scene, still, crop).radiance, atol=1e-3)
-
-
-def test_frame_takes_the_boards_own_pixels(badge: Badge) -> None:
-    """Without a crop: the box that the analytic renderer takes; no frame where the board is behind the camera."""
-    scene, instant = Scene(badge), seen_from((80, -30, -4000))
-    mitsuba, analytic = mitsuba_frame(scene, instant), analytic_frame(scene, instant, (4, 4))
-    assert (mitsuba.left, mitsuba.top, mitsuba.radiance.shape) == (analytic.left, analytic.top, analytic.radiance.shape)
-    assert mitsuba.radiance.dtype == mitsuba.coverage.dtype == np.float32
-    assert MitsubaRenderer(scene, variant="scalar_rgb").render(seen_from((0, 0, 500))) is None
-
-
-def test_the_variant_that_is_chosen_renders_the_same(badge: Badge) -> None:
-    """Whatever this machine runs agrees with the plain variant, and the caller's own variant stays set."""
-    import mitsuba as mi
-
-    scene, instant = Scene(badge), seen_from((0, 0, -1000))
-    crop = pixels_of(scene, instant, (90.0, 130.0, 120.0, 150.0))
-    mi.set_variant("scalar_spectral")
-    chosen = MitsubaRenderer(scene, seed=1).render(instant, crop=crop)
-    assert mi.variant() == "scalar_spectral"
-    plain = [mitsuba_frame(scene, instant, crop, seed=seed).radiance for seed in (2, 3)]
-    assert chosen is not None
-    assert np.std(chosen.radiance - plain[0]) < 1.2 * np.std(plain[0] - plain[1])
-
-
 DEATHS = {
     "no library": None,
     "abort": "import os; os.abort()",
@@ -262,19 +182,3 @@ def test_falls_back_where_the_child_dies(
     assert mitsuba_variant.LIBRARY_VARIABLE not in mitsuba_variant.os.environ
     with pytest.raises(SpecError, match="no libLLVM on this machine"):
         MitsubaRenderer(Scene(badge), variant="llvm_ad_rgb")
-
-
-def test_takes_the_library_that_its_child_survives(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, unsearched: None
-) -> None:
-    """Newest first, each tried in its own child; the winner is what Dr.Jit will load; the search is done once."""
-    for name in ("libLLVM-17.so.1", "libLLVM-21.so.1", "libLLVM-15.so.1"):
-        (tmp_path / name).touch()
-    monkeypatch.setenv(mitsuba_variant.LIBRARY_VARIABLE, str(tmp_path / "libLLVM-15.so.1"))
-    monkeypatch.setattr(mitsuba_variant, "FOLDERS", (str(tmp_path),))
-    trial = "import os; assert 'LLVM-17' in os.environ['DRJIT_LIBLLVM_PATH']"
-    monkeypatch.setattr(mitsuba_variant, "TRIAL", trial)
-    assert mitsuba_variant.choose_variant() == "llvm_ad_rgb"
-    assert mitsuba_variant.os.environ[mitsuba_variant.LIBRARY_VARIABLE] == str(tmp_path / "libLLVM-17.so.1")
-    monkeypatch.setattr(mitsuba_variant, "TRIAL", "assert False")
-    assert mitsuba_variant.choose_variant() == "llvm_ad_rgb"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import csv
 import os
 import signal
@@ -19,7 +18,7 @@ from moireid.badge import Badge
 from moireid.simulate.effects.effect import Effect
 from moireid.simulate.filming import FilmReport, film, truth_path
 from moireid.simulate.motion import motion_named
-from moireid.simulate.recording.encode import FilmWriter, Pass, Recipe, kept_frames, recipe_for, scaled
+from moireid.simulate.recording.encode import FilmWriter, Pass, Recipe
 from moireid.simulate.scene import Build, Camera, Scene
 
 SMALL = Camera(width=640, height=360, focal_px=483.0)
@@ -68,18 +67,6 @@ def test_every_codec_shows_the_same_film(prototype, tmp_path, codec, name):
 
 
 # Recipes.
-
-
-@pytest.mark.slow
-def test_recipes_scale_down_and_never_up(prototype, tmp_path):
-    """Catches: width and height exchanged; a small film blown up; an odd width."""
-    assert scaled((1920, 1080), 360) == (640, 360) and scaled((1280, 720), 540) == (960, 540)
-    assert scaled((640, 360), 720) == (640, 360) and scaled((1000, 562), 360) == (640, 360)
-    report = shoot(prototype, tmp_path / "a.mp4", camera=Camera(width=1280, height=720, focal_px=967.0), recipe="chat")
-    pictures = read(tmp_path / "a.mp4")[2]
-    assert report.size == (640, 360) and pictures.shape == (12, 360, 640)
-    shoot(prototype, tmp_path / "b.mp4", recipe="double")
-    assert read(tmp_path / "b.mp4")[2].shape == (12, 360, 640)
 
 
 def test_a_low_rate_is_kept(tmp_path):
@@ -132,16 +119,6 @@ def test_dropped_frames_leave_gaps_and_the_truth_fits_the_others(prototype, tmp_
     assert np.abs(pictures - whole).mean(axis=(1, 2)).max() < 3.0
 
 
-def test_dropping_is_by_the_seed_and_never_leaves_too_little():
-    """Catches: a global random state; a first frame lost, which would move all times; a film of one frame."""
-    lossy = Recipe((Pass(),), dropped=0.9)
-    assert np.array_equal(kept_frames(lossy, 100, 1), kept_frames(lossy, 100, 1))
-    assert not np.array_equal(kept_frames(lossy, 100, 1), kept_frames(lossy, 100, 2))
-    assert all(len(kept) >= 2 and kept[0] == 0 for kept in (kept_frames(lossy, 3, seed) for seed in range(50)))
-    assert len(kept_frames(recipe_for(None, None), 100, 1)) == 100
-    assert recipe_for("vfr", None).dropped > 0
-
-
 # Films that end before their time, and long ones.
 
 
@@ -172,38 +149,3 @@ def test_an_interrupt_leaves_no_file(prototype, tmp_path):
         process.kill()
     assert process.returncode == 130 and "Traceback" not in said and "interrupted" in said
     assert list(out.iterdir()) == []
-
-
-@pytest.mark.slow
-def test_memory_is_flat_in_the_film_s_length(prototype, tmp_path):
-    """Catches: frames kept until the end: 300 more of them would be 69 MB as counts, four times that as light."""
-    code = f"""
-import resource, sys
-from pathlib import Path
-from moireid.badge import load_badge
-from moireid.simulate.filming import film
-from moireid.simulate.motion import motion_named
-from moireid.simulate.scene import Build, Camera, Scene
-scene = Scene(load_badge(Path(sys.argv[1])), Build(), Camera(width=640, height=360, focal_px=300.0))
-for frames in (60, 360):
-    film(scene, motion_named("sway", distance_mm=1000.0, seed=3), Path({str(tmp_path)!r}) / "a.mp4", frames=frames,
-         fps=60.0, overwrite=True, forge="generative")
-    print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
-"""
-    done = subprocess.run(
-        [sys.executable, "-c", code, str(badge_file(prototype, tmp_path))], capture_output=True, text=True, check=True
-    )
-    short, long = (int(line) / 1024 for line in done.stdout.split())
-    assert long - short < 20.0
-
-
-def test_an_interrupt_that_a_callback_swallows_is_raised_again():
-    """Catches: a film that runs on because Ctrl-C came while compiled code was calling back."""
-    from moireid.cli.common import progress_bar
-
-    with pytest.raises(KeyboardInterrupt), progress_bar("filming") as progress:
-        progress(1, 10)
-        with contextlib.suppress(KeyboardInterrupt):
-            signal.raise_signal(signal.SIGINT)
-        progress(2, 10)
-    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from moireid.verifier.camera.map_search import SPARE_PER_FRAME, Unknown, posterior, repeated, step_together
+from moireid.verifier.camera.map_search import SPARE_PER_FRAME, Unknown, repeated, step_together
 
 FRAMES, POINTS = 400, 16
 
@@ -54,42 +54,6 @@ def test_priors_hold_what_nothing_tells(rng):
         )
         assert place == pytest.approx([0.0], abs=0.05)
         assert covariance[0, 0] == pytest.approx(4.0 / weight, rel=0.05)
-
-
-def test_bad_frames_count_little(rng):
-    """Catches: squares in place of Cauchy's misfit; a frame without a pose that stops the search."""
-    truth = np.array([2.0, 0.0])
-    clean, table = linear(rng, truth)
-
-    def spoilt(at: np.ndarray) -> np.ndarray:
-        left = clean(at)
-        left[::10] += 5.0
-        left[3] = np.nan
-        return left
-
-    place, covariance = searched(spoilt, table, np.zeros(2), [unknown(), unknown()], 0.01 * np.sqrt(2))
-    assert np.all(np.abs(place - truth) < 4 * np.sqrt(np.diag(covariance)))
-
-
-def test_bounds_are_kept():
-    """Catches: a step that leaves the bounds."""
-    tried = []
-
-    def residuals(at: np.ndarray) -> np.ndarray:
-        tried.append(float(at[0]))
-        return np.full((20, 4), 100.0 - at[0])
-
-    slopes = np.full((20, 4, 1), -1.0)
-    place, _ = searched(residuals, slopes, np.array([0.0]), [Unknown(-1.0, 1.0, 0.0, 1e3, 0.5)], 1.0)
-    assert place[0] == 1.0 and min(tried) >= -1.0 and max(tried) <= 1.0
-
-
-def test_a_shallow_misfit_leaves_the_prior():
-    """Catches: kinks taken for a sharp minimum; a deep misfit that the prior drowns."""
-    shallow, sd = posterior(lambda at: np.full(100, 1.0) + 1e-4 * np.sin(40 * at), -1.0, 1.0, 0.1, 0.15, 4)
-    assert shallow == pytest.approx(0.1, abs=0.05) and sd == pytest.approx(0.15, rel=0.2)
-    deep, narrow = posterior(lambda at: 1.0 + np.full(100, 30.0) * (at - 0.8) ** 2, -1.0, 1.0, 0.1, 0.15, 4)
-    assert deep == pytest.approx(0.8, abs=0.06) and narrow < 0.08
 
 
 def test_errors_that_last_are_counted_once(rng):

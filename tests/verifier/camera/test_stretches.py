@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from moireid.verifier.camera.stretches import jumps, longest_step_s, stretch_numbers, within_stretches
+from moireid.verifier.camera.stretches import jumps, stretch_numbers
 
 FPS = 30.0
 TIMES = np.arange(240) / FPS
@@ -47,24 +47,3 @@ def test_a_gap_ends_a_stretch(rng, lost, count):
     kept = np.r_[0:100, 100 + lost : 240]
     numbers = stretch_numbers(TIMES[kept], hand(rng, 0.001)[kept])
     assert numbers[-1] == count - 1
-
-
-def test_times_that_repeat_or_jitter_make_no_gap():
-    """Catches: the median step of a file that tells each time thrice, which is nothing."""
-    assert longest_step_s(np.repeat(TIMES[::3], 3)) >= 0.1
-    assert longest_step_s(np.zeros(5)) > 0
-
-
-def test_means_are_those_of_each_stretch():
-    """Catches: one mean for the whole film, by which the steps between stretches become motion."""
-    numbers = np.array([4, 4, 7, 7, 7])
-    left = within_stretches(np.array([1.0, 3.0, 10.0, 20.0, 30.0]), numbers)
-    assert left == pytest.approx([-1, 1, -10, 0, 10])
-
-
-def test_a_cut_that_hardly_turns_the_view_ends_a_stretch_too():
-    """Catches: two takes of one view joined, so that a path smoothed across the cut is wrong on both sides."""
-    times = np.arange(40) / 30.0
-    still, cuts = np.zeros((40, 2)), np.arange(40) == 20
-    assert stretch_numbers(times, still).tolist() == [0] * 40
-    assert stretch_numbers(times, still, cuts).tolist() == [0] * 20 + [1] * 20

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from moireid.verifier.decision.figures import SCALE, calibrated_log10, in_words
-from moireid.verifier.limits import CALIBRATION_CAP_LOG10, CALIBRATION_OFFSET_LOG10, CALIBRATION_SLOPE
+from moireid.verifier.limits import CALIBRATION_CAP_LOG10
 
 
 def test_calibrated_odds_rise_with_the_score_and_end_at_the_cap():
@@ -18,15 +18,6 @@ def test_calibrated_odds_rise_with_the_score_and_end_at_the_cap():
     assert (np.diff(found) >= 0).all() and np.ptp(found) > 0
     assert found.max() == CALIBRATION_CAP_LOG10 and found.min() == -CALIBRATION_CAP_LOG10
     assert calibrated_log10(math.inf) == CALIBRATION_CAP_LOG10
-
-
-def test_between_the_caps_they_are_a_line():
-    """Catches: natural logarithms; an offset that is scaled."""
-    for score in (9.0, 12.0, 15.0):
-        wanted = CALIBRATION_SLOPE * score + CALIBRATION_OFFSET_LOG10
-        assert calibrated_log10(score) == pytest.approx(wanted)
-    assert calibrated_log10(-3.0) == pytest.approx(-3.0 * CALIBRATION_SLOPE)
-    assert 0 < CALIBRATION_SLOPE < 1
 
 
 def test_a_film_that_hardly_tests_the_law_supports_nothing():
@@ -49,12 +40,6 @@ def test_words_go_by_the_scale_on_both_sides(log10, words):
     """Catches: a limit that belongs to the class below; strong support for the law in a forged film."""
     assert in_words(log10) == f"{words} support for the law"
     assert in_words(-log10) == f"{words} support for another explanation"
-
-
-@pytest.mark.parametrize("log10", [0.0, 0.29, -0.29])
-def test_odds_near_one_support_neither(log10):
-    """Catches: a side taken by rounding."""
-    assert in_words(log10) == "no support either way"
 
 
 def test_the_scale_falls_and_its_words_differ():

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import tracemalloc
 from dataclasses import replace
 
 import numpy as np
@@ -15,7 +14,6 @@ from moireid.verifier.decision.comparison import (
     Explanation,
     GratingComparison,
     compare,
-    enough_motion_rad,
     film_table,
     law_row,
     merge_chapters,
@@ -23,20 +21,17 @@ from moireid.verifier.decision.comparison import (
 from moireid.verifier.decision.doubts import camera_doubted
 from moireid.verifier.decision.figures import Figures
 from moireid.verifier.decision.judge import judge
-from moireid.verifier.decision.sheet_gain import DESIGNED, to_measure
+from moireid.verifier.decision.sheet_gain import DESIGNED
 from moireid.verifier.fringes.grating_signal import GratingSignal
 from moireid.verifier.limits import (
     LEAST_STRENGTH,
     MAX_LASTING_PX,
     MAX_MIXED_SHARE,
     MAX_RIVAL_LOG10,
-    MIN_EXCITATION_RAD,
     POSSIBLE_RESIDUAL_RATIO,
-    REJECTED_LOG10,
 )
 
 LAW = 1.2 * trajectory()
-SWEEP = 0.6 * (clock() - clock().mean())
 ROWS = ["still", "drift", "late", "place", "another_gain", "own_motion", "spell"]
 
 
@@ -65,24 +60,6 @@ def test_a_true_film_s_table_holds_each_rival_and_none_remains():
     assert not any(one.fits or one.better for one in found.rivals)
     assert set(found.nuisances_rad or {}) == {"lag", "bend", "zoom", "axis", "axis_turn"}
     assert 0.004 < found.residual_rad < 0.01
-
-
-def test_shares_are_asked_only_where_the_law_fits_and_where_they_are_wanted():
-    """Catches: time spent on lookalikes of a film that the law does not explain."""
-
-    def shares(found: GratingComparison) -> list[float]:
-        return [one.share for one in found.rivals if one.share is not None]
-
-    assert len(shares(compare(true_film(), DESIGNED))) == 4
-    assert shares(compare(true_film(), DESIGNED, shares=False)) == []
-    assert shares(compare(fringe_signal(LAW, 0.2 * LAW), DESIGNED)) == []
-
-
-def test_what_hardly_moves_is_not_compared():
-    """Catches: a table of noise."""
-    found = compare(true_film(0.1 * trajectory()), DESIGNED)
-    assert not found.moved and found.rivals == () and found.score == 0.0
-    assert enough_motion_rad(0.0) == MIN_EXCITATION_RAD < enough_motion_rad(0.2)
 
 
 def test_the_limit_of_what_is_possible_grows_with_the_doubt_of_small_markers():
@@ -135,12 +112,6 @@ def test_a_rival_that_contains_the_law_lowers_the_score_and_never_raises_it(name
     assert grating(row(name, -2.0)).score == 0.0
 
 
-def test_a_rival_without_odds_does_not_count():
-    """Catches: None taken for 0, or for proof."""
-    assert grating(row("still", 3.0), row("own_motion", None, 0.5)).score == pytest.approx(3.0)
-    assert grating(row("own_motion", None, 0.5)).score == 0.0
-
-
 def test_the_score_falls_with_every_departure():
     """Catches: a score that does not rise with genuineness; a departure that it does not see."""
     white = lasting_noise(lasting=0.0, size=1.0)
@@ -180,14 +151,6 @@ def test_a_drift_that_fits_each_chapter_as_well_as_the_law_remains_over_all_of_t
     assert not merge_chapters([steady, varied], steady.figures).rivals[0].fits
 
 
-def test_a_share_that_no_grating_asked_for_is_not_known():
-    """Catches: None taken for 0, which would exclude a rival that was never drawn."""
-    (drift,) = film_table([grating(row("drift", 2.0))])
-    assert drift.share is None and not drift.fits
-    (own,) = film_table([grating(row("own_motion", None, 0.3))])
-    assert own.log10_odds is None and own.fits and not own.better
-
-
 def test_the_law_s_row_is_of_the_grating_that_holds_most_and_fits_where_all_do():
     """Catches: one grating that speaks for another that leaves the law."""
     good, bad = grating(information=9.0, residual=0.5), grating(residual=1.5)
@@ -195,20 +158,6 @@ def test_the_law_s_row_is_of_the_grating_that_holds_most_and_fits_where_all_do()
     assert law_row([good]).fits and not law_row([good, bad]).fits
     assert law_row([good, replace(bad, moved=False)]).fits
     assert not law_row([replace(good, moved=False)]).fits
-
-
-def test_rows_go_to_json():
-    """Catches: infinity or numpy's figures in JSON."""
-    wild = Explanation("late", math.inf, {"late_s": float(np.float64(0.2))}, None, False)
-    document = json.loads(json.dumps(wild.to_json(), allow_nan=False))
-    assert document == {
-        "name": "late",
-        "log10_odds": None,
-        "fits": False,
-        "share": None,
-        "share_at_most": None,
-        "parameters": {"late_s": 0.2},
-    }
 
 
 # Extremes.
@@ -259,18 +208,6 @@ def an_hour(**how) -> GratingSignal:
     return fringe_signal(law, law + lasting_noise(frames), **how)
 
 
-@pytest.mark.slow
-def test_an_hour_takes_little_memory():
-    """Catches: draws of each frame of an hour."""
-    signal = an_hour(place_px=300 * np.column_stack([trajectory(5, 108_000)] * 2))
-    tracemalloc.start()
-    try:
-        judge([signal])
-        assert tracemalloc.get_traced_memory()[1] < 1e9
-    finally:
-        tracemalloc.stop()
-
-
 def test_an_hour_of_chapters_is_accepted_with_all_their_evidence():
     """Catches: blocks so long that a hand's motion is averaged away in them, and rivals look like what is left."""
     film, minute = an_hour(), 1800
@@ -284,29 +221,11 @@ def test_an_hour_of_chapters_is_accepted_with_all_their_evidence():
 # Several chapters.
 
 
-def test_odds_of_chapters_add_up_and_a_share_is_the_least():
-    """Catches: a mean of odds; a rival that one chapter excludes kept for another."""
-    parts = [grating(row("late", 3.0, 0.5), row("place", 2.0)), grating(row("late", -1.0, 0.0), row("place", -0.5))]
-    late, place = merge_chapters(parts, parts[0].figures).rivals
-    assert (late.log10_odds, late.share, late.fits) == (2.0, 0.0, False)
-    assert (place.log10_odds, place.share) == (1.5, None)
-
-
 def test_a_spell_of_one_chapter_is_a_spell_of_the_film():
     """Catches: a lie of a second averaged away by the minutes around it; tries that are not counted."""
     parts = [grating(row("spell", 5.0)), grating(row("spell", -6.0)), *[grating(row("still", 9.0))] * 8]
     spell = next(one for one in merge_chapters(parts, parts[0].figures).rivals if one.name == "spell")
     assert spell.log10_odds == pytest.approx(-6.0 + 1.0) and spell.fits
-
-
-def test_a_chapter_at_rest_counts_for_nothing():
-    """Catches: figures of a minute in which the badge was on a table."""
-    rest = replace(grating(row("late", -9.0, 1.0), residual=9.0), moved=False)
-    one = grating(row("late", 3.0, 0.0), residual=0.5)
-    merged = merge_chapters([rest, one], one.figures)
-    assert merged.moved and merged.residual_rad == 0.5 and merged.rivals == one.rivals
-    assert not merge_chapters([rest, rest], one.figures).moved
-    assert merge_chapters([one], one.figures).rivals == one.rivals
 
 
 @pytest.mark.parametrize("law", [trajectory(frames=900), 0.4 * trajectory(3, 900), 1.2 * trajectory(4, 900)])
@@ -320,19 +239,3 @@ def test_a_longer_signal_is_not_worse_than_its_parts(law):
         shares = [part.rivals[index].share for part in parts]
         assert one.share is None or one.share <= max(share or 0.0 for share in shares) + 0.005
     assert judge([film]).verdict == "accept"
-
-
-def test_a_free_gain_leaves_a_rival_more_room():
-    """Catches: one room for a badge that is known and for one that is being enrolled."""
-    film = true_film(SWEEP)
-    known, enrolled = (
-        {one.name: one.share for one in compare(film, sheet).rivals} for sheet in (DESIGNED, to_measure())
-    )
-    assert (enrolled["drift"] or 0) > 2.5 * (known["drift"] or 0) > 0
-
-
-def test_odds_of_a_forgery_are_beyond_the_limit_of_a_rejection():
-    """Catches: a limit that no film reaches."""
-    found = compare(fringe_signal(LAW, lasting_noise()), DESIGNED)
-    assert not found.fits and not found.possible
-    assert min(one.log10_odds or 0.0 for one in found.rivals) < -REJECTED_LOG10

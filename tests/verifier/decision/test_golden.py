@@ -24,6 +24,7 @@ def golden(monkeypatch: pytest.MonkeyPatch) -> Any:
     return golden
 
 
+@pytest.mark.claim("No verdict of the golden films moves unseen")
 def test_no_verdict_and_no_finding_moves(golden: Any, capsys: pytest.CaptureFixture[str]) -> None:
     """Catches: a change of the judge that was meant to change no verdict, and does; a film that is no longer judged."""
     assert golden.main(["--signals", "--against", str(ROWS)]) == 0, capsys.readouterr().out

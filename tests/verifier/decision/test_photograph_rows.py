@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
-
 from kit.photographed import LAW, TYPICAL, depth_of, faded, laid_over, noise_of, signal
 from moireid.asbuilt import AsBuilt, as_built_from_json, merge
 from moireid.designer import Order, design_badge
@@ -43,14 +41,6 @@ def test_photographs_have_odds_over_a_badge() -> None:
     assert over["laid_over"].fits and over["laid_over"].better
     flat = rows_of(signal(depth=depth_of(0.0, change_rad=0.02)))["at_one_distance"]
     assert flat.fits and flat.better
-
-
-def test_what_cannot_be_told_has_no_row() -> None:
-    """Catches: a distance that hardly changes counted against photographs from one distance."""
-    level = rows_of(signal(depth=depth_of(1.0, change_rad=0.0003)))
-    assert "at_one_distance" not in level and "in_turn" in level
-    assert photographs(None, [replace(signal(), beyond=None)]) == ((), [])
-    assert photographs(None, [replace(signal(), phase_sd_rad=np.full(len(LAW), np.inf))]) == ((), [])
 
 
 def test_a_soft_sheet_is_enrolled_and_then_owes_a_third_of_what_it_showed() -> None:

@@ -65,13 +65,6 @@ def test_a_gain_outside_of_the_room_is_reported_and_not_explained():
         assert found.residual_rad[:, 0] == pytest.approx((gain - nearest) * LAW, abs=1e-9)
 
 
-def test_columns_are_orthogonal_and_of_size_1():
-    """Catches: a coefficient that changes when another is cut off."""
-    made = model(phase_sd=np.where(np.arange(FRAMES) % 5 == 0, 0.1, 0.02))
-    assert made.names == NAMES
-    assert made._columns.T @ made._columns == pytest.approx(np.eye(8), abs=1e-9)
-
-
 @pytest.mark.parametrize("name", list(SHAPES))
 def test_each_nuisance_is_absorbed_up_to_its_bound_and_not_beyond(name):
     """Catches: a cause that is left out; one that hides any motion of its shape."""
@@ -96,12 +89,6 @@ def test_a_lag_of_a_frame_is_absorbed_and_no_longer_one_and_no_lead(late_s, expl
     assert -1.000001 * MAX_LEAD_S * swing <= lag_rad <= 1.000001 * MAX_LAG_S * swing
     assert (rms(found.residual_rad) < 0.1 * rms(measured - LAW)) == explained
     assert explained or rms(found.residual_rad) > 0.5 * rms(measured - LAW)
-
-
-def test_a_lag_is_positive_where_fringes_are_late():
-    """Catches: a sign that exchanges lag and lead, whose bounds differ."""
-    assert fitted(EXCITATION * trajectory(late_s=0.02)).nuisances_rad[0, 0] > 0
-    assert fitted(EXCITATION * trajectory(late_s=-0.005)).nuisances_rad[0, 0] < 0
 
 
 def test_a_shape_that_resembles_the_law_is_left_out():
@@ -153,13 +140,3 @@ def test_the_robust_residual_shows_a_lie_where_it_is():
     assert rms(robust[outside]) < 0.3 * rms(plain[outside])
     apart = robust[lie] - robust[lie].mean() - (lied - lied.mean())
     assert rms(apart) < 0.1 * rms(lied - lied.mean())
-
-
-def test_extreme_series_stay_finite():
-    """Catches: a division by no motion, by no time, or by no weight."""
-    for law in (np.zeros(FRAMES), np.full(FRAMES, 1e3), 1e6 * LAW, 1e-9 * LAW):
-        for times in (clock(), np.zeros(FRAMES)):
-            made = HonestModel(series_of(law, LAW, times_s=times), ROOM)
-            found = made.fit(made.series.measured_rad[:, None])
-            for values in (found.gain, found.residual_rad, found.nuisances_rad, made.robust_residual_rad()):
-                assert np.isfinite(values).all()

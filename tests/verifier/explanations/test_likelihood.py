@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -37,27 +36,7 @@ def test_a_usual_true_badge_is_likelier_by_the_law():
     assert own_motion_odds(usual(), MOTION, ERROR) > MAX_RIVAL_LOG10
 
 
-def test_the_odds_fall_with_the_deviation():
-    """Catches: a deviation beyond all that forgers make, which seems honest again."""
-    odds = [own_motion_odds(usual() * times, MOTION, ERROR) for times in (0.05, 1.0, 2.0, 4.0, 8.0, 100.0)]
-    assert odds[0] == pytest.approx(odds[1]) and all(a > b for a, b in pairwise(odds[1:]))
-
-
 def test_an_error_of_pose_explains_a_motion():
     """Catches: poor poses rejected as a motion of their own."""
     clear, vague = (own_motion_odds(0.15, MOTION, error) for error in (0.02, 0.2))
     assert clear < -REJECTED_LOG10 and vague > 0
-
-
-def test_a_film_that_hardly_moves_shows_nothing():
-    """Catches: figures of noise taken for strong evidence, the one way or the other."""
-    for times in (1.0, 2.0):
-        assert abs(own_motion_odds(times * usual(0.005), 0.005, ERROR)) < MAX_RIVAL_LOG10
-
-
-def test_extremes_stay_finite():
-    """Catches: overflow, NaN, a logarithm of nothing."""
-    for size in (0.0, 1e-12, 1e9):
-        for motion in (0.0, 1e-9, 1.0, 1e6):
-            for error in (0.0, 1e3):
-                assert math.isfinite(own_motion_odds(size, motion, error))

@@ -25,12 +25,6 @@ from moireid.verifier.limits import (
 )
 
 
-def test_the_spread_of_a_normal_sample_is_its_standard_deviation(rng):
-    """Catches: a median absolute deviation without its factor of 1.4826."""
-    sample = rng.normal(3.0, [0.1, 0.7], (20000, 2))
-    assert spread_rad(sample) == pytest.approx([0.1, 0.7], rel=0.03)
-
-
 def test_the_spread_is_half_robust_and_half_plain():
     """Catches: one of the two alone.  Closed form: of +1 and -1, and of a lie of 3 over a tenth of the film."""
     signs = np.where(np.arange(1000) % 2, 1.0, -1.0)
@@ -47,11 +41,6 @@ def test_a_few_bad_poses_hardly_widen_the_spread(rng):
     spoilt[[50, 300, 500]] += 0.5
     plain, robust = spoilt.std(), spread_rad(spoilt[:, None])[0]
     assert robust < 0.02 + 0.55 * (plain - 0.02)
-
-
-def test_samples_of_white_noise_are_all_independent(rng):
-    """Catches: correlations of noise that are summed up, by which N falls far below the number of frames."""
-    assert independent_samples(rng.normal(size=4000)) == pytest.approx(4000, rel=0.05)
 
 
 @pytest.mark.parametrize("lasting", [0.3, 0.6, 0.9])
@@ -80,21 +69,6 @@ def test_samples_do_not_depend_on_size_or_mean():
     wanted = independent_samples(noise)
     assert independent_samples(1e3 * noise + 7.0) == pytest.approx(wanted)
     assert LEAST_SAMPLES < wanted < 600
-
-
-@pytest.mark.parametrize("residual", [np.zeros(300), np.full(300, 2.0), np.linspace(-1, 1, 300), np.array([0.1, -0.1])])
-def test_there_are_always_some_samples(residual):
-    """Catches: a division by no variance; odds of a steady ramp that vanish, or grow with each of its frames."""
-    found = independent_samples(residual)
-    assert LEAST_SAMPLES <= found <= max(LEAST_SAMPLES, 0.1 * len(residual))
-
-
-def test_odds_have_the_sign_of_the_better_explanation():
-    """Catches: odds of the rival over the law."""
-    small, large = 300 * 0.02**2, 300 * 0.2**2
-    assert log10_odds(small, large, 300, 100) > 0 > log10_odds(large, small, 300, 100)
-    assert log10_odds(large, small, 300, 100) == pytest.approx(-log10_odds(small, large, 300, 100))
-    assert log10_odds(small, small, 300, 100) == 0.0
 
 
 def test_odds_of_large_residuals_are_half_a_power_of_ten_a_sample():

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from kit.fringe_signals import FPS, FRAMES, clock, fringe_signal, series_of, trajectory
-from moireid.verifier.explanations.honest import phase_series
+from kit.fringe_signals import FPS, FRAMES, clock, series_of, trajectory
 from moireid.verifier.limits import MOST_BLOCKS
 
 
@@ -14,18 +13,6 @@ def weighted_means(series, values: np.ndarray) -> np.ndarray:
     """The weighted mean of each stretch."""
     total = np.bincount(series.stretch, weights=series.weight)
     return np.bincount(series.stretch, weights=series.weight * values) / total
-
-
-def test_a_short_signal_keeps_each_frame():
-    """Catches: blocks where none are needed; a law and a measurement that are exchanged."""
-    law = trajectory()
-    series = series_of(law, 0.9 * law)
-    assert len(series.times_s) == FRAMES
-    assert series.law_rad == pytest.approx(law, abs=1e-12)
-    assert series.measured_rad == pytest.approx(0.9 * law, abs=1e-12)
-    assert series.times_s == pytest.approx(clock()) and series.step_s == pytest.approx(1 / FPS)
-    assert series.excitation_rad == pytest.approx(1.0)
-    assert series.error_rad == pytest.approx(np.hypot(0.02, 0.01))
 
 
 def test_a_block_is_the_mean_of_its_frames():
@@ -56,12 +43,6 @@ def test_a_block_ends_with_its_stretch():
     assert np.abs(series.law_rad).max() < 5
 
 
-@pytest.mark.parametrize("frames", [FRAMES, MOST_BLOCKS, MOST_BLOCKS + 1, 20 * MOST_BLOCKS + 7])
-def test_there_are_at_most_so_many_blocks(frames):
-    """Catches: an hour of frames, each compared with each draw of each rival."""
-    assert len(series_of(trajectory(frames=frames)).times_s) <= MOST_BLOCKS
-
-
 def test_each_stretch_has_mean_0_and_weights_count():
     """Catches: one mean for the whole film; a plain mean, by which vague frames shift all others."""
     stretch = np.repeat([0, 1], [100, 200])
@@ -71,20 +52,6 @@ def test_each_stretch_has_mean_0_and_weights_count():
     for values in (series.law_rad, series.measured_rad, series.rate_rad_per_s):
         assert weighted_means(series, values) == pytest.approx(np.zeros(2), abs=1e-12)
     assert abs(series.law_rad[stretch == 0].mean()) > 1e-4
-
-
-def test_centring_one_stretch_or_several_is_the_same():
-    """Catches: the quick way for one stretch and the general one that differ."""
-    series = series_of(trajectory(), stretch=np.repeat([0, 1], [120, 180]))
-    columns = np.random.default_rng(1).normal(size=(FRAMES, 3))
-    wanted = columns.copy()
-    for number in (0, 1):
-        own = series.stretch == number
-        wanted[own] -= np.average(columns[own], axis=0, weights=series.weight[own])
-    assert series.centred(columns) == pytest.approx(wanted, abs=1e-12)
-    assert series.centred(wanted) == pytest.approx(wanted, abs=1e-12)
-    one = series_of(trajectory())
-    assert one.centred(columns) == pytest.approx(columns - columns.mean(axis=0), abs=1e-12)
 
 
 def test_vague_frames_weigh_less_and_unreadable_ones_nothing():
@@ -125,23 +92,6 @@ def test_the_rate_is_not_taken_across_a_gap():
     assert np.abs(series_of(sway, times_s=paused).rate_rad_per_s).max() < 3.0
 
 
-@pytest.mark.parametrize("times_s", [np.repeat(clock(150), 2), np.zeros(FRAMES), np.full(FRAMES, 1.7e9)])
-def test_times_that_repeat_give_finite_figures(times_s):
-    """Catches: a division by a step of 0, as files may give a time twice."""
-    series = series_of(trajectory(), times_s=times_s)
-    assert np.isfinite(series.rate_rad_per_s).all() and series.step_s > 0
-    assert len(series.times_s) == FRAMES and series.times_s[0] == 0.0
-
-
-def test_without_a_readable_frame_there_is_no_series():
-    """Catches: means of nothing."""
-    assert phase_series(fringe_signal(trajectory(), trajectory(), phase_sd=np.inf)) is None
-    sd = np.full(FRAMES, np.inf)
-    sd[100:103] = 0.02
-    few = phase_series(fringe_signal(trajectory(), trajectory(), phase_sd=sd))
-    assert few is not None and len(few.times_s) == 3 and few.step_s == pytest.approx(1 / FPS)
-
-
 def test_places_and_views_go_with_their_frames():
     """Catches: rows and columns exchanged; places that are taken for views where one of them is not known."""
     frames = np.arange(FRAMES, dtype=float)
@@ -152,11 +102,3 @@ def test_places_and_views_go_with_their_frames():
     assert series_of(trajectory(), place_px=place).place_px == pytest.approx(place)
     assert series_of(trajectory(), covariates=views).place_px is None
     assert series_of(trajectory(), covariates=views).views == pytest.approx(views)
-
-
-def test_other_weights_centre_anew():
-    """Catches: phases that keep the mean of the old weights."""
-    series = series_of(trajectory())
-    half = series.weighted(np.where(np.arange(FRAMES) < 150, 1.0, 0.0))
-    assert half.law_rad[:150].mean() == pytest.approx(0.0, abs=1e-12)
-    assert np.diff(half.law_rad) == pytest.approx(np.diff(series.law_rad))

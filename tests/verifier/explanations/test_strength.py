@@ -25,6 +25,7 @@ def test_without_a_hit_the_bound_is_known_in_closed_form():
     assert share_bounds(7, 7, ASKED)[1] == 1.0
 
 
+@pytest.mark.claim("The bound of a strength holds whenever the draws stop")
 @pytest.mark.parametrize("share", [0.002, 0.02, 0.3])
 def test_the_bounds_hold_however_often_one_looks(share, rng):
     """Catches: bounds of a fixed number of draws, which ten looks break several times as often."""

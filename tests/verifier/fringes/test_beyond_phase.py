@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import fields, replace
+from dataclasses import fields
 
 import numpy as np
 import pytest
@@ -44,11 +44,6 @@ def test_parts_joined_again_are_the_whole(beyond: BeyondPhase):
     assert beyond.part(middle).depth.score.sum() == pytest.approx(beyond.depth.score[20:45].sum())
 
 
-def test_what_one_chapter_lacks_the_whole_lacks(beyond: BeyondPhase):
-    """Catches: series that are shorter than their signal, so that frames are taken for others."""
-    assert joined_beyond([beyond, None]) is None and joined_beyond([None]) is None
-
-
 def test_a_part_of_a_signal_has_its_own_frames(beyond: BeyondPhase):
     """Catches: a signal cut to some frames that keeps all evidence of the film."""
     some = np.arange(10, 30)
@@ -73,19 +68,3 @@ def test_overtones_are_weighted_by_how_little_they_tremble(rng: np.random.Genera
     alike = mean_overtone([strip(course + 0.01 * noise[0]), strip(course + 0.01 * noise[1])])
     # Two strips of one noise have half of its variance.
     assert np.abs(alike - course).std() < 0.85 * np.abs(0.01 * noise[0]).std()
-
-
-def test_strips_without_an_overtone_do_not_count(rng: np.random.Generator):
-    """Catches: strips of one fringe, whose overtone of 0 halves that of the others; 0/0 where all are such."""
-    course = 0.05 * np.exp(1j * TIMES) + 0.001 * rng.standard_normal(FRAMES)
-    none = strip(np.zeros(FRAMES, complex))
-    assert mean_overtone([strip(course), none]) == pytest.approx(course)
-    assert not mean_overtone([none, none]).any()
-
-
-def test_an_unread_frame_is_zero_and_no_nan(beyond: BeyondPhase):
-    """Catches: one frame without fringes that makes the film's waveform NaN."""
-    holed = replace(beyond, overtone=beyond.overtone.copy()).overtone
-    holed[7] = np.nan
-    found = mean_overtone([strip(holed), strip(beyond.overtone)])
-    assert np.isfinite(found).all()

@@ -104,19 +104,6 @@ def test_a_distance_that_goes_with_parallax_tells_nothing():
     assert bound.information.sum() < 1e-4 * free.information.sum()
 
 
-def test_power_is_the_square_of_the_change_that_is_looked_for():
-    """Catches: a floor for errors held against cycles, or against the change that goes with parallax too."""
-    near = NEAR - 6e-3 * PARALLAX**2
-    found, _ = evidence(near, near=near, noise=2.0)
-    change = np.sqrt(found.power.sum() / found.information.sum())
-    # A tangent X near turns the fringes by 2 pi (SHIFT - THICK f) X near; a frame's information goes with its square,
-    # and with the fringes' place in the strip, which is worth a fifth here.
-    moved = NEAR - np.polyval(np.polyfit(PARALLAX, NEAR, 3), PARALLAX)
-    per_place = 2 * np.pi * (SHIFT - THICK * FREQUENCY) * ALONG.std()
-    assert change == pytest.approx(per_place * np.sqrt(np.mean(moved**4) / np.mean(moved**2)), rel=0.3)
-    assert change < 0.6 * per_place * near.std()
-
-
 def test_frames_that_cannot_be_read_count_nothing():
     """Catches: the noise of a covered strip taken for spacing, NaN from a contrast of 0."""
     dark = slice(60, 100)
@@ -125,15 +112,6 @@ def test_frames_that_cannot_be_read_count_nothing():
     for values in (found.score, found.information, found.power):
         assert np.isfinite(values).all() and not values[dark].any() and values[:60].any()
     assert gain_of(found)[0] == pytest.approx(1.0, abs=0.3)
-
-
-def test_a_strip_without_fringes_is_no_evidence():
-    """Catches: a division by the noise of nothing; a crash where a film has a few frames."""
-    law, found = law_of(NEAR), evidence(NEAR)[1]
-    none = depth_law(None, law, found, PARALLAX, LENGTH_MM)
-    assert len(none.score) == FRAMES and not none.score.any() and not none.information.any() and not none.power.any()
-    few, _ = evidence(NEAR[:12], near=NEAR[:12], parallax=PARALLAX[:12])
-    assert not few.information.any() and len(few.power) == 12
 
 
 def test_sums_and_parts_are_evidence_too():

@@ -41,16 +41,6 @@ def test_every_coefficient_of_the_formula_comes_back():
     assert found.left == pytest.approx(np.zeros(3), abs=1e-6)
 
 
-def test_rows_of_any_shape_are_fitted_one_by_one():
-    """Catches: rows that are mixed up, or a fit of all rows at once."""
-    argument = arguments(6)
-    values = wave(argument) * np.arange(1, 7)[:, None]
-    flat = fit_rows(values, argument, 3, BACKGROUND)
-    folded = fit_rows(values.reshape(2, 3, -1), argument.reshape(2, 3, -1), 3, BACKGROUND)
-    assert folded.harmonics.shape == (2, 3, 3) and folded.left.shape == (2, 3)
-    assert folded.harmonics.reshape(6, 3) == pytest.approx(flat.harmonics, abs=1e-9)
-
-
 def test_what_is_left_is_what_numpy_s_own_least_squares_leaves(rng):
     """Catches: a sum over the wrong axis, a ridge that is felt."""
     argument = arguments()
@@ -77,36 +67,12 @@ def test_the_variance_of_whole_fringes_is_the_closed_form(rng):
     assert found.harmonics[:, 0].real.var() == pytest.approx(expected, rel=0.25)
 
 
-def test_columns_by_the_sum_of_angles_are_those_of_the_multiples():
-    """Catches: a recursion that is a harmonic off."""
-    argument = arguments()
-    columns = fit_columns(argument, 5, BACKGROUND)
-    assert columns.shape == (3, 12, SAMPLES)
-    for h in range(1, 6):
-        assert columns[:, 2 * h] == pytest.approx(np.cos(h * argument), abs=1e-12)
-        assert columns[:, 2 * h + 1] == pytest.approx(np.sin(h * argument), abs=1e-12)
-
-
-def test_a_row_without_anything_is_no_error():
-    """Catches: a solve that stops at columns which are all alike, as those of an argument that stands still are."""
-    found = fit_rows(np.full((1, SAMPLES), 7.0), np.zeros((1, SAMPLES)), 3, BACKGROUND)
-    assert np.isfinite(found.harmonics).all() and np.isfinite(found.fundamental_variance()).all()
-
-
 def test_one_series_for_a_film():
     """Catches: a level in the fundamental; harmonics in a wrong order."""
     argument = np.linspace(0, 90, 5000)
     found = fit_series(11.0 + wave(argument), argument, 4)
     expected = [11.0, *(size * np.exp(1j * phase) for size, phase in WAVE), 0.0]
     assert found == pytest.approx(np.array(expected), abs=1e-5)
-
-
-def test_a_ridge_holds_the_harmonics_and_not_the_fundamental():
-    """Catches: a ridge on level or fundamental.  Over whole turns c_h becomes c_h / (1 + 2 ridge)."""
-    argument = np.linspace(0, 2 * np.pi, 999, endpoint=False)
-    free, held = (fit_series(5.0 + wave(argument), argument, 3, harmonic_ridge_share=share) for share in (0.0, 0.1))
-    assert held[:2] == pytest.approx(free[:2], abs=1e-6)
-    assert held[2:] == pytest.approx(free[2:] / 1.2, abs=1e-6)
 
 
 def test_a_wave_and_its_slope_are_those_of_the_series():

@@ -5,14 +5,11 @@ Beside each test: what it would catch.
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 from kit.places import FILMS
 from moireid.badge import Badge, load_badge
-from moireid.verifier.camera.smoothing import frame_s, slow_part
 from moireid.verifier.decision.figures import figures_of
 from moireid.verifier.fringes.grating_signal import GratingSignal
 from moireid.verifier.fringes.signals import _combine
@@ -60,40 +57,11 @@ def test_hiding_fringes_for_a_moment_does_not_put_forged_ones_right(badge):
     assert told.gain_ratio == pytest.approx(0.4, abs=0.01)
 
 
-def test_a_grating_that_is_never_seen_is_no_error(badge):
-    """Catches: the mean of nothing, where no frame has a phase."""
-    signal = combined(badge, slice(0, FRAMES), 1)
-    assert not np.isfinite(signal.phase_sd_rad).any() and np.isfinite(signal.measured_rad).all()
-    assert figures_of(signal).information == 0.0 and np.all(signal.strip_sd_rad == 0.0)
-
-
 def test_a_strip_s_error_bar_is_that_of_its_clear_frames(badge):
     """Catches: hidden frames in the median; one over the sum of information, which is the grating's."""
     for noise in (0.01, 0.1):
         signal = combined(badge, slice(0, 150), 2, noise=noise)
         assert signal.strip_sd_rad == pytest.approx(np.full(4, noise))
-
-
-def test_times_that_a_file_tells_thrice_blind_no_figure():
-    """Catches: the median step, which is nothing here: a mean over the whole film, to which no wander is slow."""
-    thrice = np.repeat(TIMES[::3], 3)
-    assert frame_s(thrice) == pytest.approx(1 / 30, rel=0.02) and frame_s(np.zeros(5)) > 0
-    wander = 0.3 * np.sin(2 * np.pi * 0.25 * TIMES + 1)
-    assert slow_part(wander, thrice, 0.25) == pytest.approx(slow_part(wander, TIMES, 0.25), abs=0.01)
-    sd = np.full(FRAMES, 0.01)
-    forged = GratingSignal(COURSE + wander, COURSE, sd, 0.01, np.array([0.01]), TIMES, np.array([0.02]))
-    told = [figures_of(replace(forged, times_s=times)).phase_residual_rad for times in (TIMES, thrice)]
-    assert told[1] == pytest.approx(told[0], rel=0.1) and told[0] > 0.15
-
-
-@pytest.mark.parametrize("fps", [3, 5, 24, 60, 240])
-def test_figures_stand_at_any_frame_rate(fps):
-    """Catches: NaN, or a deviation that is averaged over frames and not over time."""
-    times = np.arange(20 * fps) / fps
-    course, wander = 0.8 * np.sin(2.3 * times), 0.3 * np.sin(1.4 * times + 1)
-    sd = np.full(len(times), 0.01)
-    signal = GratingSignal(course + wander, course, sd, 0.01, np.array([0.01]), times, np.array([0.02]))
-    assert figures_of(signal).phase_residual_rad == pytest.approx(0.2, rel=0.15)
 
 
 def wrapped(phase: np.ndarray) -> np.ndarray:
@@ -127,10 +95,3 @@ def test_whole_turns_between_segments_are_the_nearest_and_nothing_else():
     apart = found - COURSE - (found - COURSE)[0]
     assert apart[:150] == pytest.approx(np.zeros(150), abs=1e-9)
     assert apart[150:] == pytest.approx(np.full(FRAMES - 150, 1.2), abs=1e-9)
-
-
-def test_frames_of_no_segment_get_the_prediction():
-    """Catches: zeros where a hand was before the fringes; the mean of nothing where there is no segment at all."""
-    found = unwrap(wrapped(COURSE + 0.5), COURSE, [np.arange(100)])
-    assert found == pytest.approx(COURSE + 0.5, abs=1e-9)
-    assert unwrap(wrapped(COURSE + 0.5), COURSE, []) == pytest.approx(COURSE)

@@ -15,7 +15,6 @@ import pytest
 
 from kit.numeric_films import FRAMES, TYPICAL, filmed
 from moireid.badge import Badge
-from moireid.errors import MediaError
 from moireid.question import KnownCamera
 from moireid.verifier.decision.judge import judge
 from moireid.verifier.fringes.signals import measure
@@ -53,12 +52,6 @@ def test_the_frame_is_the_one_that_is_asked_for(counted: Path, number: int, by_t
     assert float(seen[150:, 200:].mean()) == pytest.approx(4 * number, abs=1.6)
 
 
-def test_a_frame_that_is_not_there_is_an_error(counted: Path) -> None:
-    """Catches: the last frame in place of none."""
-    with pytest.raises(MediaError, match="has no frame 60"):
-        Film(counted).picture(60)
-
-
 def test_a_phone_s_picture_stands_upright(counted: Path, tmp_path: Path) -> None:
     """Catches: a portrait that lies on its side, or on the other one; an outline that is not turned with it."""
     content = bytearray(counted.read_bytes())
@@ -82,19 +75,6 @@ def report_on(badge: Badge, path: Path, verdict: str = "accept") -> Report:
     film = Film(path).described()
     counts, timing = {"read": 60, "tracked": 60}, {"total_s": 1.0, "stages": {}}
     return Report(verdict, (), invariant, Identity("match", ()), film, counts, timing, (), track, measurement)
-
-
-def test_the_moment_tells_most(ada: Badge, counted: Path) -> None:
-    """Catches: the first frame, whatever happens; the clearest frame of a film whose lie is elsewhere."""
-    report = report_on(ada, counted)
-    moment = moment_to_show(report)
-    assert (moment.index, moment.time_s) == (30, pytest.approx(1.0))
-    assert report.measurement is not None
-    signal = report.measurement.gratings[0]
-    lie = signal.measured_rad + np.where(np.arange(FRAMES) == 50, 2.0, 0.0)
-    measurement = replace(report.measurement, gratings=(replace(signal, measured_rad=lie),))
-    broken = replace(report_on(ada, counted, "reject"), measurement=measurement)
-    assert moment_to_show(broken).index == 50
 
 
 def test_the_badge_is_outlined_where_it_is(ada: Badge, counted: Path) -> None:

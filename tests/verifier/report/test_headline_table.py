@@ -91,13 +91,3 @@ def test_no_headline_misleads(monkeypatch: pytest.MonkeyPatch) -> None:
         if "differ from the law" in title:
             assert " of its motion (most from " in title or " times its motion (most from " in title
     assert wrong == MISLEADING and all(kinds.count(kind) >= 2 for kind in ("true", *KINDS))
-
-
-def test_what_counts_as_misleading() -> None:
-    """Catches: a judgement that calls everything right."""
-    assert set(CAUSES) == {"true", *KINDS}
-    late, half = "The fringes do not follow the law: they come late", "they move half as far as they should"
-    assert is_right("late", "reject", late) and is_right("gain_low", "reject", half)
-    for kind, title in (("frozen", late), ("patchy", late), ("gain_high", half), ("late", "Genuine"), ("true", late)):
-        assert not is_right(kind, "reject", title), kind
-    assert not is_right("drift", "reject", "Not accepted") and is_right("drift", "inconclusive", "Cannot")

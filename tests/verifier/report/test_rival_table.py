@@ -5,26 +5,18 @@ Documents are put together by hand, as `verify --json` prints them.
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
-from kit.numeric_films import TYPICAL, filmed
-from moireid.badge import Badge
-from moireid.question import KnownCamera
 from moireid.verifier.decision.comparison import CONTAINING, Explanation, cause_of
-from moireid.verifier.decision.judge import judge
 from moireid.verifier.explanations.honest import PhaseSeries
 from moireid.verifier.explanations.rivals import RIVALS, Rival
-from moireid.verifier.explanations.words import WORDS, does
-from moireid.verifier.fringes.signals import measure
-from moireid.verifier.identity.decode import Identity
+from moireid.verifier.explanations.words import WORDS
 from moireid.verifier.limits import CALIBRATION_CAP_LOG10
-from moireid.verifier.report.rival_plot import best_fit, rival_plot, shaped_rival
+from moireid.verifier.report.rival_plot import best_fit
 from moireid.verifier.report.rival_table import PHOTOGRAPHS, odds_line, rivals_in, table_of
-from moireid.verifier.session.result import Report
 
 
 def entry(name: str, odds: float | None = 5.0, share: float | None = None, **parameters: float) -> dict[str, Any]:
@@ -57,26 +49,6 @@ def test_odds_and_shares_are_shown_as_they_count() -> None:
     assert "2 other explanations" in table.compared and "gain" not in law.does
 
 
-def test_photographs_are_counted_as_what_they_mean() -> None:
-    """Catches: a number that no film shows; photographs named as best rival."""
-    in_turn = entry("photographs_in_turn", -3.0, photographs=3.0)
-    shown = document(in_turn, entry("photographs_laid_over", -2.0))
-    table = table_of(shown)
-    assert table is not None
-    _, few, many = table.rows
-    assert few.does.endswith("(at best 3 of them)") and many.does.endswith("over each other") and few.remains
-    assert rivals_in(shown) == []
-
-
-def test_what_the_film_shows_of_the_parameters_is_in_words() -> None:
-    """Catches: seconds of a spell, or a gain, that only programs can read."""
-    rows = table_of(
-        document(entry("spell", 2.0, gain=0.0, start_s=1.0, end_s=2.5), entry("another_gain", 9.0, gain=0.67))
-    )
-    assert rows is not None
-    assert rows.rows[1].does.endswith("from 1.0 to 2.5 s") and "0.67 times as far" in rows.rows[2].does
-
-
 @pytest.mark.parametrize(
     ("calibrated", "words", "power"),
     [
@@ -92,13 +64,6 @@ def test_calibrated_odds_are_in_words_and_no_probability(calibrated: float, word
     assert table.capped == (abs(calibrated) == CALIBRATION_CAP_LOG10)
     line = odds_line(document(entry("still"), calibrated=calibrated))
     assert words in line and "no probability" in line.lower()
-
-
-def test_a_report_without_a_table_has_none() -> None:
-    """Catches: a page of an old report, of the published pipeline or of a film without a badge, that fails."""
-    reports: tuple[dict[str, Any], ...] = ({}, {"explanations": []}, {"invariant": {"calibrated_log10": 1.0}})
-    for said in reports:
-        assert table_of(said) is None and odds_line(said) == "" and rivals_in(said) == []
 
 
 def test_what_is_named_is_the_best_by_far_and_explains_the_film() -> None:
@@ -146,34 +111,3 @@ def test_a_rival_s_own_fringes_are_fitted_whole(rival: Rival) -> None:
     shown = series_of(made, law)
     one = Explanation(rival.name, -3.0, {"gain": 0.4} if rival.name == "another_gain" else {}, None, True)
     assert best_fit(one, shown) == pytest.approx(shown.measured_rad, abs=1e-9)
-
-
-def report_of(badge: Badge) -> Report:
-    track = filmed(badge, TYPICAL)
-    measurement = measure(track, camera=KnownCamera(1450.0))
-    invariant = judge(measurement.gratings)
-    who = Identity("not_claimed", ())
-    film = {"path": "film.mp4", "sha256": "ab" * 32, "width": 1920, "height": 1080, "fps": 30.0}
-    frames = {"read": 90, "tracked": 90}
-    timing: dict[str, Any] = {"total_s": 1.0, "stages": {}}
-    return Report("accept", invariant.reasons, invariant, who, film, frames, timing, (), track, measurement)
-
-
-def test_the_plot_names_the_rival_that_is_nearest(ada: Badge) -> None:
-    """Catches: a plot of the first rival of the list; a line without its name; a film without rivals."""
-    report = report_of(ada)
-    svg, best = rival_plot(report), shaped_rival(report)
-    assert svg is not None and best is not None and f"if they {does(best.name, best.parameters)}" in svg
-    assert "stroke-dasharray" in svg and "as seen" in svg
-
-    def with_table(*rows: Explanation) -> Report:
-        return replace(report, invariant=replace(report.invariant, explanations=rows))
-
-    law = Explanation("law", 0.0, {}, None, True)
-    drift, late = Explanation("drift", 1.0, {}, 0.06, True), Explanation("late", 1.0, {"late_s": 2.0}, 0.99, True)
-    own = Explanation("own_motion", -9.0, {}, None, True)
-    for rows, name in (((law, drift, late), "late"), ((law, replace(drift, log10_odds=-4.0), late, own), "drift")):
-        found = shaped_rival(with_table(*rows))
-        assert found is not None and found.name == name
-    assert rival_plot(with_table()) is None and rival_plot(replace(report, measurement=None)) is None
-    assert "if they come 2 s late" in (rival_plot(with_table(law, drift, late)) or "")

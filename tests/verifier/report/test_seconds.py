@@ -7,9 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from moireid.verifier.report.plots import broken
 from moireid.verifier.report.seconds import Seconds, seconds_of
-from moireid.verifier.session.cover import cover_of, seen_spans, within
+from moireid.verifier.session.cover import cover_of, seen_spans
 
 
 def output(seen: Any, judged: Any, film: Any = (0.0, 30.0), segments: Any = (), share: float = 0.1) -> Seconds:
@@ -53,12 +52,6 @@ def test_the_law_is_shown_only_where_the_badge_was_seen() -> None:
     assert found.kinds == (("accept", "the law holds"),)
 
 
-def test_a_report_that_does_not_say_has_no_bars() -> None:
-    """Catches: a page that fails on the published method's reports, on a picture, or on those of an older version."""
-    assert seconds_of({"cover": None, "segments": []}) is None and seconds_of({"finding": "nobody"}) is None
-    assert seconds_of({"cover": {"share": 0.0, "spans_s": [], "longest_gap_s": 0.0}, "segments": []}) is None
-
-
 def test_seen_spans_break_where_frames_are_missing() -> None:
     """Catches: one span from the first to the last frame; a film's own rate taken for a gap."""
     times = np.concatenate([np.arange(60) / 30, 5 + np.arange(30) / 30])
@@ -66,19 +59,3 @@ def test_seen_spans_break_where_frames_are_missing() -> None:
     assert seen_spans(np.zeros(0)) == ()
     cover = cover_of([], 0.0, 10.0, 301, [(2.0, 3.0), (0.0, 1.0), (1.02, 2.0)])
     assert cover.seen_s == ((0.0, 3.0),) and cover.film_s == (0.0, 10.0) and cover.share == 0.0
-
-
-def test_parts_within_spans() -> None:
-    """Catches: a part that reaches beyond the span, or one of no length."""
-    assert within((1.0, 5.0), [(4.0, 9.0), (0.0, 2.0), (5.0, 6.0)]) == ((1.0, 2.0), (4.0, 5.0))
-
-
-def test_lines_break_at_a_gap_and_at_a_cut() -> None:
-    """Catches: a line across frames that are missing; a break at every frame; values that are moved or dropped."""
-    times = np.array([0.0, 0.1, 0.2, 1.2, 1.3, 1.4, 1.5])
-    stretch = np.array([0, 0, 0, 1, 1, 2, 2])
-    at, value = broken(times, stretch, np.arange(7.0))
-    assert list(np.flatnonzero(np.isnan(value))) == [3, 6]
-    assert list(value[np.isfinite(value)]) == list(range(7)) and np.all(np.isfinite(at))
-    (same,) = broken(times[:1], stretch[:1])
-    assert list(same) == [0.0]

@@ -4,16 +4,12 @@ from __future__ import annotations
 
 import threading
 from concurrent.futures import ThreadPoolExecutor
-from pathlib import Path
 from types import SimpleNamespace
 
-import cv2
 import pytest
 
-from moireid.badge import load_badge
 from moireid.errors import SpecError
-from moireid.verifier import Question, verify
-from moireid.verifier.session import badge_session, streaming
+from moireid.verifier.session import badge_session
 from moireid.verifier.session.badge_session import ChapterTracker
 
 
@@ -75,30 +71,3 @@ def test_an_error_of_a_chapter_is_raised_where_it_is_asked_for(monkeypatch, exec
     line.close(7)
     with pytest.raises(SpecError, match="told by the test"):
         _ = line.chapters
-
-
-@pytest.mark.slow
-def test_a_film_of_many_chapters_comes_out_as_one_after_the_other(films: Path, monkeypatch):
-    """Catches: chapters that share a buffer with the tracker, which goes on; a process of one thread that uses more."""
-    monkeypatch.setattr(streaming, "CHAPTER_FRAMES", 90)
-    monkeypatch.setattr(streaming, "OVERLAP_FRAMES", 30)
-    judged_by: set[str] = set()
-    judge = badge_session.judge_chapter
-
-    def watched(*given, **named):
-        judged_by.add(threading.current_thread().name)
-        return judge(*given, **named)
-
-    monkeypatch.setattr(badge_session, "judge_chapter", watched)
-    claim, threads = Question(load_badge(films / "badge.json")), cv2.getNumThreads()
-    found = []
-    try:
-        for count in (max(threads, 2), 1):
-            cv2.setNumThreads(count)
-            found.append(verify(films / "genuine_1.0m.mp4", claim).to_json())
-            assert any(name.startswith("chapters") for name in judged_by) == (count > 1)
-            judged_by.clear()
-    finally:
-        cv2.setNumThreads(threads)
-    together, alone = ({key: value for key, value in one.items() if key != "timing"} for one in found)
-    assert together == alone and together["frames"]["tracked"] == 240

@@ -22,6 +22,7 @@ def test_a_level_is_reached_only_by_what_is_accepted() -> None:
         assert level_reached(verdict, "agrees", challenged=True) is None  # type: ignore[arg-type]
 
 
+@pytest.mark.claim("A film that reaches less than the level asked for is inconclusive")
 def test_less_than_was_asked_for_is_undecided_and_more_passes() -> None:
     """Catches: a level compared as text; a default that asks for something; a finding without advice; a live check of
     a printed copy that passes for the enrolled badge."""

@@ -9,7 +9,7 @@ import pytest
 
 from moireid.verifier.fringes.grating_signal import GratingSignal
 from moireid.verifier.limits import MIN_PRESENT_SHARE
-from moireid.verifier.session.cover import cover_findings, cover_of, judged_spans, outside
+from moireid.verifier.session.cover import cover_findings, cover_of, judged_spans
 
 STEP = 1 / 30
 
@@ -29,6 +29,7 @@ def test_a_badge_all_film_long_covers_it():
     assert len(cover.spans_s) == 1 and [one.level for one in cover_findings(cover, 0.9)] == ["pass"]
 
 
+@pytest.mark.claim("Two seconds of a true badge in a long film are inconclusive")
 def test_two_seconds_of_thirty_are_named_and_are_too_few():
     """Catches: the share of tracked frames among those that were tracked; a gap at the film's end overlooked."""
     times = 4.0 + np.arange(60) * STEP
@@ -68,16 +69,3 @@ def test_a_badge_at_rest_after_a_cut_covers_nothing():
     assert cover_of(judged_spans([two]), 0.0, times[-1], 300).share == pytest.approx(0.6, abs=0.01)
     # Without a cut the same badge is followed from its motion into its rest.
     assert cover_of(judged_spans([one]), 0.0, times[-1], 300).share == pytest.approx(1.0)
-
-
-def test_what_lies_outside_of_spans_is_found_on_both_sides():
-    """Catches: a part that lies before, between or after the others lost, or counted twice."""
-    assert outside((0.0, 10.0), [(2.0, 3.0), (5.0, 20.0)]) == ((0.0, 2.0), (3.0, 5.0))
-    assert outside((0.0, 1.0), [(2.0, 3.0)]) == ((0.0, 1.0),)
-    assert outside((2.0, 3.0), [(1.0, 4.0)]) == ()
-
-
-def test_chapters_that_overlap_count_once():
-    """Catches: seconds that two chapters hold counted twice."""
-    cover = cover_of([(0.0, 6.0), (5.0, 9.0)], 0.0, 10.0 - STEP, 300)
-    assert cover.spans_s == ((0.0, 9.0),) and cover.share == pytest.approx(0.9, abs=0.01)

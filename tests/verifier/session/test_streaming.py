@@ -5,24 +5,20 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from kit.places import FILMS
 from moireid.badge import Badge
-from moireid.verifier import KnownCamera, Question, Running, Verifier, verify
-from moireid.verifier.decision.judge import judge_segments
+from moireid.verifier import Question, Running, Verifier, verify
 from moireid.verifier.identity.decode import Identity
-from moireid.verifier.limits import SEGMENT_S
 from moireid.verifier.measuring import MAX_UNSEARCHED_S
 from moireid.verifier.picture import Frame
 from moireid.verifier.session import chapters
 from moireid.verifier.session import streaming as stream
 from moireid.verifier.session.chapters import identity_of, invariant_of, judge_chapter
 from moireid.verifier.tracking.scene_tracker import SceneTracker
-from moireid.verifier.tracking.track import no_track
 from moireid.verifier.video import Film
 
 
@@ -63,19 +59,6 @@ def prototype(films: Path) -> Badge:
     from moireid.badge import load_badge
 
     return load_badge(films / "badge.json")
-
-
-@pytest.mark.slow
-def test_halves_of_a_true_film_hold_each_and_together(whole, prototype):
-    """Catches: a track that starts with the last one's frames, signals joined crosswise, offsets taken for motion."""
-    assert [track.tracked for track in whole] == [120, 120] == [track.frames_read for track in whole]
-    assert whole[0].times_s[-1] < whole[1].times_s[0] and whole[1].frame_numbers[0] == 120
-    parts = [judge_chapter(track, Question(prototype)) for track in whole]
-    assert [part.invariant.verdict for part in parts] == ["accept"] * 2
-    together = invariant_of(parts)
-    assert together.verdict == "accept" and together.correlation > 0.999
-    assert together.gain_ratio == pytest.approx(1.0, abs=0.02)
-    assert invariant_of(parts[:1]) == parts[0].invariant
 
 
 @pytest.fixture(scope="module")
@@ -143,26 +126,6 @@ def test_a_running_verdict_comes_every_second_and_knows_no_future(films, prototy
     assert all(verdict.span_s[1] <= verdict.time_s for verdict in told)
 
 
-@pytest.mark.parametrize("sd", [0.15, 0.01])
-def test_a_focal_length_that_is_a_guess_is_not_kept(prototype, monkeypatch, sd):
-    """Catches: the guess made while a badge is held still, taken as given from then on: no error bar, never anew."""
-    asked: list[KnownCamera | None] = []
-    empty = judge_chapter(no_track(prototype, 240, (64, 64)), Question(prototype))
-    camera = SimpleNamespace(focal_px=1500.0, tangent_sd=(sd, sd))
-
-    def judged(track, claim):
-        asked.append(claim.camera)
-        return replace(empty, measurement=SimpleNamespace(camera=camera))
-
-    monkeypatch.setattr(stream, "judge_chapter", judged)
-    live = Verifier(Question(prototype))
-    for tracked in (60, 90, 130, 240, 240, 240):
-        live._judged_now(replace(no_track(prototype, tracked, (64, 64)), times_s=np.arange(tracked) / 30))
-    found = KnownCamera(1500.0)
-    kept = [None, found, None, found, found, found]
-    assert asked == (kept if sd < 0.03 else [None] * 6)
-
-
 def test_an_empty_and_a_still_stream_stay_open(prototype):
     """Catches: a crash where nothing was pushed, or the badge leaves as a chapter ends; a verdict without a badge."""
     assert invariant_of(Verifier(Question(prototype)).finish()).verdict == "inconclusive"
@@ -171,19 +134,6 @@ def test_an_empty_and_a_still_stream_stay_open(prototype):
         running = verifier.push(Frame(index, index / 30, np.full((90, 160), 128, np.uint8)))
         assert running is None or running.verdict == "inconclusive"
     assert invariant_of(verifier.finish()).reasons[0].code == "badge_absent"
-
-
-def test_segments_are_judged_by_their_own_motion(whole, prototype):
-    """Catches: segments cut by frames instead of time, the whole film's figures repeated in each."""
-    measurement = judge_chapter(whole[0], Question(prototype)).measurement
-    assert measurement is not None
-    (only,) = judge_segments(measurement)
-    assert only.verdict == "accept" and only.end_s - only.start_s <= SEGMENT_S
-    slow = replace(measurement, times_s=measurement.times_s * 5)
-    parts = judge_segments(slow)
-    assert len(parts) == 3 and sum(part.tracked for part in parts) == 120
-    assert np.diff([part.start_s for part in parts]) == pytest.approx([SEGMENT_S] * 2)
-    assert len({part.excitation_rad for part in parts}) == 3
 
 
 @pytest.mark.parametrize(("longest_s", "level"), [(MAX_UNSEARCHED_S, None), (MAX_UNSEARCHED_S + 0.1, "undecided")])

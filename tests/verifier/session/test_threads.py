@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 import threading
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from pathlib import Path
@@ -13,27 +12,6 @@ import pytest
 from moireid.badge import load_badge
 from moireid.verifier import Film, Question, Verifier
 from moireid.verifier.session import badge_session, streaming
-from moireid.verifier.session.threads import SWITCH_S, BackgroundExecutor
-
-
-def test_threads_change_places_sooner_while_something_is_judged_and_not_after():
-    """Catches: an interval that stays short for ever, or is put back while another verdict is being made."""
-    before, going, free = sys.getswitchinterval(), threading.Barrier(3), threading.Event()
-
-    def work(wait: bool) -> float:
-        going.wait(timeout=20)
-        if wait:
-            assert free.wait(timeout=20)
-        return sys.getswitchinterval()
-
-    with ThreadPoolExecutor(2) as threads:
-        short, long = (BackgroundExecutor(threads).submit(work, wait) for wait in (False, True))
-        going.wait(timeout=20)
-        assert short.result(timeout=20) == pytest.approx(SWITCH_S)
-        assert sys.getswitchinterval() == pytest.approx(SWITCH_S)
-        free.set()
-        assert long.result(timeout=20) == pytest.approx(SWITCH_S)
-    assert sys.getswitchinterval() == pytest.approx(before)
 
 
 def test_no_frame_waits_for_a_chapter_in_a_live_session(films: Path, monkeypatch):

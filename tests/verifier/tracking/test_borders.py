@@ -73,16 +73,6 @@ def test_two_markers_and_the_borders_hold_the_page(prototype, which, camera_x_mm
     assert (found.vague[0] > found.vague[1]) == (which == (0, 3)) or which == (0, 2)
 
 
-def test_with_three_markers_the_borders_have_no_say(prototype):
-    """Catches: borders that slow or disturb what needs none."""
-    picture, truth = seen(prototype, 60.0, Build())
-    for which in ((), (1,)):
-        hidden = covered(picture, truth, prototype, which)
-        with_borders = PageRegistrar(prototype.markers, borders_of(prototype)).register(hidden, truth)
-        without = PageRegistrar(prototype.markers).register(hidden, truth)
-        assert np.array_equal(with_borders.homography, without.homography) and with_borders.vague == without.vague
-
-
 def test_one_marker_or_hidden_borders_are_refused(prototype):
     """Catches: a pose from one marker; one from a single border."""
     picture, truth = seen(prototype, 60.0, Build())

@@ -10,7 +10,6 @@ import pytest
 
 from kit.drawn_frames import FRAME, corners_apart_px, draw_frame
 from kit.drawn_pages import filmed, nudged, seen_from
-from moireid.fiducials import least_unlike
 from moireid.verifier.tracking.finding.coded_frames import FrameFinder
 from moireid.verifier.tracking.registration import PageRegistrar
 
@@ -67,22 +66,6 @@ def test_the_whole_frame_is_registered_to_a_small_part_of_a_pixel(rng):
     assert corners_apart_px(found.homography, page) < 0.1
 
 
-def test_a_dark_ground_two_lines_away_hides_no_frame(rng):
-    """Catches: gaps closed so widely that the outline of a line 2 px wide runs into artwork, or into a jacket."""
-    page = middling(px_per_mm=0.67)
-    picture, (left, top, right, _) = draw_frame(page, SHAPE), FRAME.rect_mm
-    low = top - 2 * FRAME.line_mm
-    ground = np.array([[[left, low - 15.0], [right, low - 15.0], [right, low], [left, low]]])
-    corners = cv2.perspectiveTransform(ground, page)[0]
-    inside = cv2.fillConvexPoly(
-        np.zeros((4 * SHAPE[0], 4 * SHAPE[1]), np.uint8), np.round(4 * corners + 1.5).astype(int), 1
-    )
-    share = cv2.resize(inside.astype(np.float32), SHAPE[::-1], interpolation=cv2.INTER_AREA)
-    luma = filmed(picture * (1 - share) + 80 * share, rng, noise=1.5)
-    straight, _ = FrameFinder(FRAME).enlarged(luma, (0, 0, SHAPE[1], SHAPE[0]))
-    assert corners_apart_px(straight[0], page) < 1.0
-
-
 @pytest.mark.parametrize(("rect", "held"), [((10.0, 85.0, 26.0, 100.0), True), ((10.0, 25.0, 26.0, 125.0), False)])
 def test_a_thumb_over_a_side_is_borne_but_no_side_may_be_missing(rect, held, rng):
     """Catches: a page that slides along its top and bottom because one side is hidden, up to 7 px; a thumb that ends
@@ -97,28 +80,3 @@ def test_a_thumb_over_a_side_is_borne_but_no_side_may_be_missing(rect, held, rng
     assert (found is not None) == held
     if found is not None:
         assert corners_apart_px(found.homography, page) < 0.2
-
-
-def test_a_frame_much_like_itself_turned_is_told():
-    """Catches: sides compared in page order; a mirror that does not turn each side round."""
-    assert least_unlike(FRAME) == pytest.approx(4 / 6, abs=0.02)
-    x0, y0, x1, y1 = FRAME.rect_mm
-    half = FRAME.notches_mm[:3]
-    twice = replace(
-        FRAME, notches_mm=(*half, *((x0 + x1 - c, y0 + y1 - d, x0 + x1 - a, y0 + y1 - b) for a, b, c, d in half))
-    )
-    assert least_unlike(twice) == pytest.approx(0.0, abs=1e-9)
-
-
-def test_a_room_of_windows_costs_what_it_is_counted_for(rng):
-    """Catches: outlines that are read without being counted; all of them read, however many."""
-    finder, luma = FrameFinder(FRAME), np.full((720, 960), 200, np.uint8)
-    for y in range(0, 720, 60):
-        for x in range(0, 960, 60):
-            cv2.rectangle(luma, (x + 6, y + 6), (x + 54, y + 54), 40, 4)
-    reads = []
-    read = finder._read
-    finder._read = lambda *given: reads.append(1) or read(*given)
-    assert finder.either_way(filmed(luma.astype(float), rng, noise=1.0)) == ([], [])
-    assert 0 < len(reads) <= 24
-    assert finder.work_ns > 400e3 * len(reads)

@@ -14,10 +14,10 @@ import pytest
 from kit.drawn_pages import draw, filmed, seen_from
 from moireid.verifier.picture import Frame
 from moireid.verifier.tracking.finding.page_groups import same_page
-from moireid.verifier.tracking.marker_readings import AGREED, FALLEN, MOST_AGREED, READ_EVERY, SAME_PX, MarkerReadings
+from moireid.verifier.tracking.marker_readings import AGREED, FALLEN, READ_EVERY, SAME_PX, MarkerReadings
 from moireid.verifier.tracking.patches import marker_corners_mm
 from moireid.verifier.tracking.registration import Registration
-from moireid.verifier.tracking.scene_tracker import GLANCE_S, SceneTracker
+from moireid.verifier.tracking.scene_tracker import SceneTracker
 
 SHAPE, FPS, PX_PER_MM = (480, 640), 30.0, 1.3
 
@@ -73,34 +73,6 @@ def test_the_markers_of_a_board_with_false_ones_are_read_now_and_then(scene, boa
     assert view._purses.near.ample and np.all(np.diff(owed[AGREED + 4 :]) < 0)
 
 
-def test_a_page_that_vanishes_is_not_followed(scene, board, rng):
-    """Catches: a place that is taken for the page because the page was there; a smear that is no longer searched."""
-    _, push, calls = scene
-    for number in range(AGREED + 10):
-        assert push(board(number))
-    before = calls.copy()
-    wall = filmed(np.full(SHAPE, 150.0), rng, noise=1.0)
-    assert not push(wall) and not push(wall)
-    assert calls["near"] > before["near"] and calls["find"] > before["find"]
-
-
-def test_a_badge_next_to_such_a_board_is_found_with_the_next_glance(scene, board, ada):
-    """Catches: a board that counts as smeared in each frame, so that glances at others wait half a second more."""
-    view, push, _ = scene
-    scale = 24.0 / ada.markers.size_mm
-    page = seen_from(px_per_mm=scale, turn_deg=0.0, tilt=(0.0, 0.0), at=(400.0, 260.0))
-    other = filmed(draw(page, ada.markers, shape=SHAPE))
-    there = np.zeros(SHAPE, bool)
-    there[255:, 395:] = True
-    for number in range(10):
-        push(board(number))
-    found = []
-    for number in range(10, 10 + round((GLANCE_S + 0.1) * FPS)):
-        push(np.where(there, other, board(number)))
-        found.append(len(view._places()))
-    assert found[0] == 1 and found[-1] == 2
-
-
 def read(correlation: float) -> Registration:
     return Registration(np.eye(3), correlation)
 
@@ -123,20 +95,3 @@ def test_readings_must_agree_first_and_are_made_again():
     assert readings.suffice(read(0.85 - 0.9 * FALLEN)) and not readings.suffice(read(0.85 - 1.1 * FALLEN))
     readings.note(read(0.85), 2 * SAME_PX)
     assert not readings.agree and not readings.suffice(read(0.85))
-
-
-def test_readings_of_a_page_that_is_seen_clearly_are_soon_forgotten():
-    """Catches: a badge that was half covered some minutes ago and is smeared now, followed by the sharp print."""
-    readings = MarkerReadings()
-    for _ in range(100):
-        readings.note(read(0.85), 0.0)
-    for _ in range(MOST_AGREED - AGREED):
-        readings.fade()
-        assert readings.agree
-    readings.fade()
-    assert not readings.agree and not readings.suffice(read(0.85))
-    readings.note(read(0.85), 0.0)
-    readings.forget()
-    readings.fade()
-    readings.note(read(0.85), 0.0)
-    assert not readings.agree

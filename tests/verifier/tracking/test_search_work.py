@@ -2,26 +2,20 @@
 
 from __future__ import annotations
 
-import itertools
-
 import cv2
 import numpy as np
 import pytest
 
 from kit.drawn_pages import draw, filmed, seen_from
 from moireid.verifier.measuring import MAX_UNSEARCHED_S
-from moireid.verifier.picture import Frame, Picture
+from moireid.verifier.picture import Frame
 from moireid.verifier.tracking.finding.markers import MarkerFinder
-from moireid.verifier.tracking.finding.page_finder import PicturePart
-from moireid.verifier.tracking.scene_tracker import CUT_GLANCE_S, GLANCE_WAIT_S, SceneTracker
-from moireid.verifier.tracking.search_work import DECODED_NS, FOUND_SHARE, SAVED_FRAMES, Purse, outline_work_ns
-from moireid.verifier.video import VIDEO_CONTRAST, VIDEO_RANGE
+from moireid.verifier.tracking.scene_tracker import SceneTracker
+from moireid.verifier.tracking.search_work import DECODED_NS, SAVED_FRAMES, Purse
 
 SHAPE, FPS = (480, 640), 30.0
 #: Absence after which nothing is saved for glances any more, frames.
 AWAY = 240
-#: Scale of a badge that is half out of the picture.
-CUT_PX_PER_MM = 1.0
 
 
 @pytest.fixture(scope="module")
@@ -85,20 +79,6 @@ def test_a_badge_that_comes_back_after_a_long_absence_is_noticed_within_half_a_s
     assert seconds_until_noticed(view, room, AWAY, in_room(None, ada, elsewhere)) <= 0.5
 
 
-@pytest.mark.parametrize("found", [False, True])
-def test_a_purse_bounds_what_is_paid_in_the_long_run(found):
-    """Catches: debts forgiven, savings without end, finds that cost nothing, a search too dear to be ever made."""
-    purse, paid, frames = Purse(0.1), 0.0, 5000
-    dear, part = 300 * 0.1 * DECODED_NS * 1000, FOUND_SHARE if found else 1.0
-    for _ in range(frames):
-        purse.earn(1000)
-        if purse.open:
-            purse.pay(dear, found=found)
-            paid += part * dear
-    earned = frames * 0.1 * DECODED_NS * 1000
-    assert earned <= paid <= earned * (1 + SAVED_FRAMES / frames) + dear
-
-
 def noise(rng):
     return rng.integers(0, 256, SHAPE).astype(np.uint8)
 
@@ -131,30 +111,6 @@ def test_looking_keeps_within_its_budget_whatever_the_film_shows(content, ada, r
     assert view.unsearched > frames / 4 and 0.4 < view.unsearched_s < 1.1 * MAX_UNSEARCHED_S
 
 
-@pytest.mark.parametrize("look", [MarkerFinder.quick, MarkerFinder.either_way, MarkerFinder.enlarged])
-def test_noise_is_dearer_than_an_even_wall(look, ada, rng):
-    """Catches: work by pixels alone, by which a film of noise costs many times what it may; windows or enlarging that
-    are not counted.
-    """
-    finder, box, spent = MarkerFinder(ada.markers), (0, 0, *SHAPE[::-1]), []
-    for picture in (np.full(SHAPE, 90, np.uint8), noise(rng)):
-        before_ns = finder.work_ns
-        look(finder, picture, *([box] if look is MarkerFinder.enlarged else []))
-        spent.append((finder.work_ns - before_ns) / picture.size)
-    # A window takes 0.9 ns a pixel, and enlarging as a whole 0.6.
-    least = {MarkerFinder.quick: 0.9, MarkerFinder.either_way: 1.8, MarkerFinder.enlarged: 4 * (1.8 + 0.6)}[look]
-    assert spent[0] == pytest.approx(least, rel=0.02) and spent[1] > 3 * spent[0]
-
-
-def test_frames_in_noise_are_dearer_than_on_an_even_wall(rng):
-    """Catches: work by pixels alone, by which a film of noise costs ten times what it may."""
-    cheap, dear = (
-        outline_work_ns(one, (11, 23), 7.0, 0) / one.size for one in (np.full(SHAPE, 90, np.uint8), noise(rng))
-    )
-    assert cheap == pytest.approx(3.0, rel=0.05) and dear == pytest.approx(65, rel=0.3)
-    assert outline_work_ns(np.full(SHAPE, 90, np.uint8), (11, 23), 7.0, 10) > 4 * cheap * SHAPE[0] * SHAPE[1]
-
-
 def test_a_film_without_a_badge_is_searched_less_and_less(ada, room, monkeypatch):
     """Catches: every frame searched; a search that stops for good; the first frame unsearched; frames not counted."""
     looks: list[int] = []
@@ -180,90 +136,6 @@ def count_looks(monkeypatch, finder: MarkerFinder, looks: list[int]):
         return look(*given)
 
     monkeypatch.setattr(finder, "_searched", noting)
-
-
-def test_a_glance_waits_for_a_sharp_frame_but_not_for_ever(ada):
-    """Catches: a glance in each smeared frame that is due; a badge in a shaking hand that keeps all others unseen."""
-    view, picture = SceneTracker(ada), np.zeros(SHAPE, np.uint8)
-    due = view._glance_s + 0.1
-    assert view._glance_is_due(Frame(0, due, picture))
-    view.trackers[0].smeared = True
-    # It is lost, not smeared, so looking for it must not wait.
-    assert view._glance_is_due(Frame(0, due, picture))
-    view.trackers[0].place = np.eye(3)
-    assert not view._glance_is_due(Frame(0, due, picture))
-    assert view._glance_is_due(Frame(0, view._glance_s + GLANCE_WAIT_S, picture))
-
-
-@pytest.fixture
-def cut(ada, room):
-    """A function: a picture with the badge moved so far, px, from a place at which its left markers are in the picture
-    and its right ones are not; and a tracker that has followed it there from where it was whole.
-    """
-    view, frames = SceneTracker(ada), itertools.count()
-
-    def push(moved_px: float, paint=lambda picture: picture) -> bool:
-        at = (SHAPE[1] - 0.6 * ada.page_mm[0] * CUT_PX_PER_MM + moved_px, 60.0)
-        page = seen_from(px_per_mm=CUT_PX_PER_MM, turn_deg=0.0, tilt=(0.0, 0.0), at=at)
-        index = next(frames)
-        return view.push(Frame(index, index / FPS, paint(in_room(view, ada, page)(room[index % len(room)]))))
-
-    for moved in np.linspace(-140.0, 0.0, 21):
-        push(moved)
-    return view, push
-
-
-def test_a_badge_half_out_of_the_picture_is_looked_for_at_its_place_alone(cut, monkeypatch):
-    """Catches: a whole search in each frame in which markers are seen that cannot be measured; a badge that comes back
-    and is not followed at once; frames without a whole search that count as searched.
-    """
-    view, push = cut
-    for _ in range(5):
-        assert not push(0.0)
-    looks: list[int] = []
-    count_looks(monkeypatch, view._finder, looks)
-    before, frames = view.unsearched, 45
-    for _ in range(frames):
-        assert not push(0.0)
-    # Later the looks are no longer paid for in so small a picture.
-    whole = frames / FPS / CUT_GLANCE_S
-    # A close look at the whole picture has a part that is enlarged, and one around the lost badge.
-    assert frames + whole - 1 <= len(looks) <= frames + 3 * whole + 3
-    assert view.unsearched - before >= frames - whole - 2
-    assert CUT_GLANCE_S - 0.1 < view.unsearched_s <= CUT_GLANCE_S < MAX_UNSEARCHED_S
-    back = [push(moved) for moved in np.linspace(-20, -140, 13)]
-    assert back[-1] and sum(np.diff(back)) == 1
-
-
-def test_a_badge_next_to_one_that_is_half_out_of_the_picture_is_found_within_a_second(cut, ada):
-    """Catches: a decoy at the edge of the picture that keeps every other badge from being found."""
-    view, push = cut
-    other = in_room(view, ada, seen_from(px_per_mm=CUT_PX_PER_MM, turn_deg=0.0, tilt=(0.0, 0.0), at=(10.0, 60.0)))
-    for _ in range(5):
-        push(0.0)
-    found = [push(0.0, other) for _ in range(round(FPS * CUT_GLANCE_S) + 2)]
-    assert any(found) and found[-1]
-
-
-@pytest.mark.parametrize("look", [MarkerFinder.either_way, MarkerFinder.quick])
-def test_a_whole_picture_is_searched_as_it_was_coded(look, ada, room, monkeypatch):
-    """Catches: counts made of the whole picture for a search; a page elsewhere, or none."""
-    page = seen_from(px_per_mm=24.0 / ada.markers.size_mm, turn_deg=3.0, tilt=(0.0, 0.0), at=(200.0, 100.0))
-    counts = in_room(None, ada, page)(room[0])
-    coded, finder = np.rint(16 + counts * VIDEO_CONTRAST).astype(np.uint8), MarkerFinder(ada.markers)
-    (expected,), _ = look(finder, counts)
-    monkeypatch.setattr(Picture, "part", None)
-    (found,), _ = look(finder, Picture(coded, VIDEO_RANGE, VIDEO_CONTRAST))
-    middle = np.array([[[ada.page_mm[0] / 2, ada.page_mm[1] / 2]]])
-    apart = cv2.perspectiveTransform(middle, found) - cv2.perspectiveTransform(middle, expected)
-    assert np.abs(apart).max() < 0.5
-
-
-def test_thresholds_follow_the_contrast_of_the_coded_picture():
-    """Catches: thresholds left as they are, turned into fractions that OpenCV cuts off, or into none."""
-    part = PicturePart(np.zeros((4, 4), np.uint8), 4, contrast=VIDEO_CONTRAST)
-    assert [part.steps(counts) for counts in (18.0, 10.0, 7.0, 1.5)] == [15.0, 9.0, 6.0, 1.0]
-    assert part._replace(contrast=1.0).steps(1.5) == 1.5
 
 
 def test_a_frame_in_which_one_of_two_badges_is_lost_and_not_looked_for_is_counted(ada, room, monkeypatch):

@@ -9,7 +9,7 @@ import pytest
 
 from moireid.simulate.motion import Poses
 from moireid_lab.bench.forgers import photographs
-from moireid_lab.bench.forgers.photographs import Photographs, still
+from moireid_lab.bench.forgers.photographs import Photographs
 
 FPS, FRAMES = 30.0, 60
 TIMES = np.arange(FRAMES) / FPS
@@ -70,29 +70,6 @@ def test_two_photographs_are_cross_faded_by_parallax_in_coded_brightness(taken, 
     assert -np.array(places)[:, 2] == pytest.approx(np.full(count, -CAMERA[:, 2].mean()))
 
 
-def test_without_fading_the_nearest_is_shown(taken):
-    """Catches: the photograph before, which is half a step late on the way."""
-    taken(along_x)
-    seen = shown(Photographs(5, blend=False))[:, 0, 0] - 2
-    nodes = np.linspace(PARALLAX.min(), PARALLAX.max(), 5)
-    assert np.abs(seen[:, None] - nodes).min(axis=1) == pytest.approx(np.zeros(FRAMES), abs=1e-5)
-    assert np.abs(seen - PARALLAX).max() <= np.diff(nodes)[0] / 2 + 1e-5
-
-
-def test_a_late_picture_is_that_of_the_course_before(taken):
-    """Catches: a delay in frames for seconds, or the wrong way."""
-    taken(along_x)
-    seen = shown(Photographs(30, late_s=0.1))[:, 0, 0]
-    assert seen[10:] == pytest.approx(2 + PARALLAX[10:] - 0.04, abs=1e-5)
-
-
-def test_from_another_distance_parallax_is_what_fits(taken):
-    """Catches: photographs chosen by place in millimetres, which fit no other distance."""
-    places = taken(along_x)
-    assert shown(Photographs(6, distance_mm=1400.0))[:, 0, 0] == pytest.approx(2 + PARALLAX, abs=1e-5)
-    assert {round(-place[2]) for place in places} == {1400}
-
-
 def test_of_two_distances_the_nearer_shows_the_near_view(taken):
     """Catches: near and far exchanged, a share by distance where the fringes' spacing goes with one over it."""
     places = taken(lambda place_mm: 1000 / abs(place_mm[2]))
@@ -132,11 +109,3 @@ def test_grating_by_grating_each_is_from_the_photographs_of_its_own_axis(taken):
         diagonal = 2 + share * (PARALLAX**2).max()
         for other in (picture[:2], picture[18:], picture[:, :22], picture[:, 38:]):
             assert other == pytest.approx(diagonal, abs=2e-3)
-
-
-def test_a_still_picture_is_one_and_the_same(taken):
-    """Catches: a picture that is taken again from where the camera is."""
-    places = taken(along_x)
-    film = still(np.array([0.0, 0.0, -1000.0]))(SimpleNamespace(badge=None), motion, CAMERA, FPS)
-    assert film.picture(0) is film.picture(50) and len(places) == 1
-    assert film.camera_mm.shape == CAMERA.shape and not film.camera_mm[:, :2].any()

@@ -22,19 +22,13 @@ from moireid.verifier.fringes.grating_signal import DepthLaw
 from moireid.verifier.limits import SPACING_FLOOR_RAD
 
 
+@pytest.mark.claim("Photographs from one distance are found where the distance changes")
 @pytest.mark.parametrize("sd", [0.0, 0.02, 0.1, 0.3, 0.36, 0.6, 3.0])
 def test_where_the_spacing_is_tested_a_table_of_photographs_is_wrong_and_nowhere_else(sd):
     """Catches: a film called tested whose error bar lets a table pass; a table called wrong by a vague figure."""
     table, badge = Spacing(0.0, sd), Spacing(1.0, sd)
     assert table.tested == table.wrong == (sd <= 0.3)
     assert not badge.wrong and badge.tested == table.tested
-
-
-@pytest.mark.parametrize(("gain", "sd", "wrong"), [(0.8, 0.02, False), (1.2, 0.02, False), (0.2, 0.02, True)])
-def test_a_small_error_of_the_law_is_forgiven_and_a_reversed_one_is_not(gain, sd, wrong):
-    """Catches: a limit that is the error bar's alone, where a sheet 20 % thicker than said would be left open."""
-    assert Spacing(gain, sd).wrong == wrong
-    assert Spacing(2 - gain, sd).wrong == wrong and Spacing(-gain, sd).wrong
 
 
 @pytest.mark.parametrize(("gain", "frames", "wrong"), [(1.9, 66, False), (1.9, FRAMES, True), (0.0, 66, True)])
@@ -86,15 +80,6 @@ def test_a_long_pause_takes_no_memory_and_tells_nothing():
     near, far = (spacing_of([replace(told, times_s=TIMES + pause_s * late)]) for pause_s in (100.0, 3e10))
     assert near is not None and far is not None
     assert (far.gain, far.sd, far.pieces) == pytest.approx((near.gain, near.sd, near.pieces), rel=1e-6)
-
-
-@pytest.mark.parametrize(("change_rad", "tested"), [(0.0003, False), (0.02, True)])
-def test_a_distance_that_hardly_changes_tests_nothing(change_rad, tested):
-    """Catches: an error bar of numbers without end, as if no error lasted all film long."""
-    found = spacing_of([signal(depth=depth_of(1.0, change_rad=change_rad))])
-    assert found is not None and found.tested == tested
-    forged = spacing_of([signal(depth=depth_of(0.0, change_rad=change_rad))])
-    assert forged is not None and forged.wrong == tested and forged.sd == pytest.approx(found.sd)
 
 
 def test_a_zoom_that_the_picture_shows_makes_the_spacing_vague():
