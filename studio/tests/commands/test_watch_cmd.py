@@ -83,8 +83,8 @@ def test_what_a_live_check_measured_is_enrolled(tmp_path: Path, ada: Badge, monk
 
     def enrolled(verdict: str, figures: AsBuilt | None, *more: str) -> tuple[int, str]:
         def watch(order: WatchOrder, *rest: Any) -> dict[str, Any]:
-            assert order.prompts and order.claim.enrolling == ("--enroll" in more)
-            assert not order.claim.enrolling or order.claim.as_built is None
+            assert order.prompts and order.question.enrolling == ("--enroll" in more)
+            assert not order.question.enrolling or order.question.as_built is None
             return end | {"verdict": verdict} | ({"as_built": json.loads(figures.to_json())} if figures else {})
 
         monkeypatch.setattr("moireid_studio.watch.watching.watch", watch)
