@@ -20,7 +20,7 @@ from moireid.asbuilt import AsBuilt
 from moireid.badge import Badge
 from moireid.cli.main import moireid
 from moireid.registry import open_registry
-from moireid.verifier.report.live_receipt import film_asked, load_receipt
+from moireid.verifier.report.live_receipt import film_asked, receipt_of
 from moireid_studio.commands.watch_display import line_of, live_display, plain
 from moireid_studio.watch.order import WatchOrder
 
@@ -109,7 +109,7 @@ def test_what_a_live_check_measured_is_enrolled(tmp_path: Path, ada: Badge, monk
     assert code == 2 and "read here" in words
     film, receipt = FILMS / "badge.json", tmp_path / "receipt.json"
     assert enrolled("inconclusive", None, "--receipt", str(receipt), "--about", str(film))[0] == 3
-    written = load_receipt(receipt)
+    written = receipt_of(json.loads(receipt.read_text()))
     assert (written.claim, written.verdict, written.challenged) == ("Ada Lovelace", "inconclusive", True)
     assert written.film == film_asked(film) and written.registry is not None
     assert (written.sealed, written.decoder) == (("calls",), "OpenCV 5")

@@ -1,15 +1,7 @@
-"""Verify a film against a badge, in numbered steps.
+"""Verify a film against a question, in numbered steps.
 
-1. Open the film.
-2. Follow the badge: markers, registration, fringe profiles, frame by frame.
-3. Estimate the camera: focal length, shutter, and one smoothed pose per frame.
-4. Measure the fringe phase of every strip, and predict it from the optics.
-5. Judge the motion invariant.
-6. Decode the identity, and compare it with the question.
-7. If the badge was enrolled as built: are the figures of the film those of enrolment?
-8. Give the verdict with its reasons.
-
-Steps 3 to 7 run chapter by chapter (`chapters`); a film of up to half a minute is one chapter.
+Here are steps 1, 2 and 8 of those in ARCHITECTURE.md; steps 3 to 7 run chapter by chapter (`chapters`), and a film of
+up to half a minute is one chapter.
 
 Policy: the invariant and the identity must both hold.  If either fails, the film is rejected; if either is in doubt,
 the verdict is inconclusive. Figures that differ from those of enrolment are reported, and the film is rejected where
