@@ -6,7 +6,6 @@ import base64
 import os
 import struct
 import time
-from pathlib import Path
 
 from moireid.sandbox.child import Talk
 
@@ -48,12 +47,11 @@ def folder_for_film(talk: Talk) -> None:
 
 
 def questions(talk: Talk) -> None:
-    """Write down how many questions were answered."""
-    task = talk.next()
+    """Ask for one id after the other."""
+    talk.next()
     for number in range(1000):
         talk.send({"ask": {"holds": f"{number:04x}"}})
         talk.next()
-        (Path(task.folder) / "answered").write_text(str(number + 1))
 
 
 def two_signatures(talk: Talk) -> None:

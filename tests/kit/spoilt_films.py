@@ -11,18 +11,16 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from moireid.badge import Badge
 from moireid.errors import MediaError
 
 
 @dataclass(frozen=True)
 class Spoilt:
-    """Stands for a film that spoils its reader: as the badge is asked for, within the limits, it acts."""
+    """Stands for a film that spoils its reader: as an order, within the limits, it acts."""
 
     act: Callable[[], object]
 
-    @property
-    def badge(self) -> Badge:
+    def __call__(self, *_: object) -> None:
         self.act()
         raise AssertionError("the process should not have come so far")
 

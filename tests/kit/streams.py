@@ -56,5 +56,5 @@ def watched(
     **more: Any,
 ) -> dict[str, Any]:
     """The verdict's event on a source, held against the board of the films."""
-    order = WatchOrder(source_of(source), Question(prototype()), patience=patience, **more)
+    order = WatchOrder(source_of(source), Question(prototype(), **more), patience=patience)
     return watch(order, seconds, stop or threading.Event(), notify)

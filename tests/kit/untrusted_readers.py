@@ -39,7 +39,6 @@ from moireid.registry.export_file import load
 from moireid.registry.keys import Signer
 from moireid.registry.ledger import Ledger, open_ledger
 from moireid.registry.schema import actors, authority, badges, log, nodes
-from moireid.verifier.report.live_receipt import load_receipt
 
 CORPORA = TESTS / "data" / "fuzzing"
 
@@ -156,7 +155,6 @@ READERS = {
     "statement": UntrustedReader(read_statement, (ValueError,)),
     "people": UntrustedReader(read_list),
     "lens": file_reader(load_lens_profile),
-    "receipt": file_reader(load_receipt),
     "bundle": file_reader(read_bundle),
     "checkpoint": UntrustedReader(read_checkpoint),
     "export": file_reader(read_export),

@@ -27,7 +27,7 @@ from moireid.profiles import load_lens_profile, load_printer_profile
 from moireid.question import Question
 from moireid.verifier.camera.known_camera import load_camera
 from moireid.verifier.report.plots import law_plot
-from moireid.verifier.session.capture import built_in, check_gains, why_refused
+from moireid.verifier.session.capture import built_in, check_builds, why_refused
 from moireid.verifier.session.film import verify
 from moireid.verifier.video import Progress
 
@@ -102,7 +102,7 @@ def _refused(films: Sequence[FilmResult], paths: list[Path], badge: Badge) -> st
         if film.built is None:
             return f"{film.name} cannot be used: {why_refused(film.report)} Film the badge again, moving it sideways."
     try:
-        check_gains([film.built for film in films if film.built is not None], paths, badge)
+        check_builds([film.built for film in films if film.built is not None], paths, badge)
     except MediaError as error:
         return str(error)
     return None

@@ -7,13 +7,9 @@ import os
 import threading
 import weakref
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from moireid.errors import MediaError
 from moireid.files import open_regular
-
-if TYPE_CHECKING:
-    pass
 
 
 class OpenedFile:

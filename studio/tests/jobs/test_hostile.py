@@ -9,6 +9,7 @@ import threading
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -24,6 +25,9 @@ from moireid_studio.jobs import child, queue, workers
 from moireid_studio.jobs.claims import PreparedJob
 from moireid_studio.jobs.queue import Job, Jobs
 from moireid_studio.settings import Limits
+
+#: People whom a process may ask about.
+NO_ONE: Any = SimpleNamespace(name=lambda badge_id: None)
 
 
 def ended(jobs: Jobs, job: Job) -> None:
@@ -45,7 +49,13 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..
         server = ForkServer(f"kit.hostile_work:{work}", sealed=True)
         for module in (child, queue):
             monkeypatch.setattr(module, "films", server)
-        made.append(jobs_of(tmp_path / work, Limits(job_s=3.0, stop_s=0.1), lambda _: PreparedJob(questions=questions)))
+        made.append(
+            jobs_of(
+                tmp_path / work,
+                Limits(job_s=3.0, stop_s=0.1),
+                lambda _: PreparedJob(people=NO_ONE, questions=questions),
+            )
+        )
         made[-1].start()
         job = made[-1].admit(kind, "somebody")
         (job.folder / "film.mp4").write_bytes(b"film")

@@ -109,13 +109,14 @@ def test_a_studio_asks_for_a_level_that_no_visitor_lowers(
     # No one waits for these jobs, and they are left behind: so this studio is the test's own.
     with studio(tmp_path, ada) as own:
 
-        def asked(policy: str, **more: str) -> str:
+        def asked(policy: str | None, **more: str) -> str | None:
             monkeypatch.setattr(own.studio, "settings", replace(own.studio.settings, level=policy))
             answer = own.ask("POST", "/api/jobs", "verifier", **form(**more))
-            level: str = own.job(answer.json()["id"]).wish["level"]
+            level: str | None = own.job(answer.json()["id"]).wish["level"]
             return level
 
-        assert asked("record") == "record" and asked("record", level="live") == "live"
+        assert asked(None) is None and asked("record") is None and asked("record", level="live") == "live"
+        assert asked(None, level="record") == "record"
         assert asked("enrolled") == asked("enrolled", level="record") == "enrolled"
         assert asked("enrolled", level="live") == "live"
         assert own.ask("POST", "/api/jobs", "verifier", **form(level="original")).status_code == 422

@@ -15,6 +15,7 @@ from moireid.verifier import Question, Running, Verifier, verify
 from moireid.verifier.identity.decode import Identity
 from moireid.verifier.measuring import MAX_UNSEARCHED_S
 from moireid.verifier.picture import Frame
+from moireid.verifier.reasons import Reason
 from moireid.verifier.session import chapters
 from moireid.verifier.session import streaming as stream
 from moireid.verifier.session.chapters import identity_of, invariant_of, judge_chapter
@@ -87,6 +88,18 @@ def test_badges_that_change_within_a_film_are_told(true):
     assert identity_of([reading("match", "aa"), reading("mismatch", "bb")])[0].verdict == "mismatch"
     several, _ = identity_of([reading("not_claimed", "aa"), reading("not_claimed", "bb")])
     assert [reason.level for reason in several.reasons] == ["fail"]
+
+
+def test_a_code_that_stays_still_in_one_chapter_counts(true):
+    """Catches: whether the code moves taken from one chapter, so that an hour of true film hides a painted minute."""
+
+    def moving(level: str) -> chapters.Chapter:
+        reason = Reason("cells_move", level, 1.0, 0.6, "ratio", "The code moves.")
+        return replace(true, identity=Identity("match", (reason,), decoded_id="aa", claimed_id="aa"))
+
+    found, _ = identity_of([moving("pass"), moving("fail"), moving("pass")])
+    assert [reason.level for reason in found.reasons] == ["pass", "fail"] and "Between" in found.reasons[1].text
+    assert identity_of([moving("pass"), moving("undecided")])[0].reasons == moving("pass").identity.reasons
 
 
 @pytest.mark.slow

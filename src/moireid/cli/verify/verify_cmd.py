@@ -219,4 +219,4 @@ def _check_published(question: Question, *, signed: bool) -> None:
     }
     for name, asked in wanted.items():
         if question.published and asked:
-            raise SpecError(f"--pipeline published knows nothing of {name}; leave one of them out")
+            raise SpecError(f"--pipeline published cannot check {name}; leave one of them out")

@@ -18,15 +18,15 @@ import msgspec
 from msgspec import Meta
 
 from moireid.errors import SpecError
-from moireid.files import open_regular, read_regular
-from moireid.models import check_format, parse_json, read_model
+from moireid.files import open_regular
+from moireid.models import check_format, read_model
 from moireid.provenance import Standing
 from moireid.verifier.reasons import Verdict
 from moireid.version import __version__
 
 FORMAT = 1
-#: Letters of a line, and bytes of a receipt, at most.
-LONGEST, MOST_BYTES = 500, 1 << 16
+#: Letters of a line at most.
+LONGEST = 500
 # In Python's patterns `$` lets a line end pass.
 Digest = Annotated[str, Meta(pattern=r"^[0-9a-f]{64}\Z")]
 #: Without signs that steer a terminal or end a line.
@@ -103,16 +103,6 @@ class LiveReceipt(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             return ""
         seal = f"with these parts of a seal: {', '.join(self.sealed)}" if self.sealed else "without a seal"
         return f" Its pictures were read by {self.decoder or 'a decoder of its own'} in a process {seal}."
-
-
-def load_receipt(path: Path) -> LiveReceipt:
-    """Read a receipt.  Raises: SpecError where it is none of this format."""
-    try:
-        text = read_regular(path, MOST_BYTES).decode()
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "not UTF-8 text"
-        raise SpecError(f"receipt {path} cannot be read ({reason}); {ADVICE}") from error
-    return receipt_of(parse_json(text, f"receipt {path}", ADVICE), f"receipt {path}")
 
 
 def receipt_of(document: object, source: str = "a receipt") -> LiveReceipt:

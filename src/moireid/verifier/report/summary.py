@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import base64
-from datetime import UTC, datetime
 from html import escape
 
-from moireid.verifier.report.circumstances import Circumstances
-from moireid.verifier.report.headline import Headline, headline_of
-from moireid.verifier.report.plots import BANDS, law_plot
-from moireid.verifier.session.result import Report
+from moireid.verifier.report.headline import Headline
+from moireid.verifier.report.plots import BANDS
 
 
 def summary_html(headline: Headline, law_svg: bytes | None) -> str:
@@ -24,10 +21,3 @@ def summary_html(headline: Headline, law_svg: bytes | None) -> str:
         f"<strong>{headline.mark} {escape(headline.title)}</strong><br>{escape(headline.text)}<br>"
         f"<em>{escape(headline.advice)}</em></div>{shown}"
     )
-
-
-def report_html(report: Report) -> str:
-    """The lines of a report that was made without a registry."""
-    plot = law_plot(report)
-    headline = headline_of(report.to_json(), Circumstances(datetime.now(UTC)))
-    return summary_html(headline, None if plot is None else plot.encode())

@@ -56,7 +56,6 @@ def capture_as_built(
                 f"capture {video} cannot be used: {why_refused(report)} Film the badge again, moving it sideways."
             )
         parts.append(built)
-    check_gains(parts, videos, badge)
     check_builds(parts, videos, badge)
     return replace(merge(parts), measured_scale=measured_scale)
 
@@ -91,24 +90,21 @@ def _from_front(invariant: Invariant) -> float | None:
 
 
 def check_builds(parts: list[AsBuilt], videos: Sequence[AnyPath], badge: Badge) -> None:
-    """Raise MediaError if two films show two builds of the badge, whose mean would be a third one."""
+    """Raise MediaError if two films do not agree on the gain of one sheet, or show two builds of the badge, whose mean
+    would be a third one.
+    """
     for (one, first), (other, second) in combinations(zip(parts, videos, strict=True), 2):
-        pairs = [pair for name, pair in agree(other, one, badge).items() if name != "gain"]
-        if any(pair.level == "differs" for pair in pairs):
-            limits = ", ".join(f"{pair.name} {pair.difference:.3g} {pair.unit}" for pair in pairs)
-            raise MediaError(
-                f"captures {first} and {second} show two builds of the badge ({limits} apart); enroll it with films of "
-                "one badge"
-            )
-
-
-def check_gains(parts: list[AsBuilt], videos: Sequence[AnyPath], badge: Badge) -> None:
-    """Raise MediaError if two films do not agree on the gain of one sheet."""
-    for (one, first), (other, second) in combinations(zip(parts, videos, strict=True), 2):
-        gain = agree(other, one, badge)["gain"]
+        pairs = agree(other, one, badge)
+        gain = pairs.pop("gain")
         if gain.differs:
             raise MediaError(
                 f"captures {first} and {second} differ in how far the fringes move ({gain.known:.3f} and "
                 f"{gain.new:.3f} times the design; {gain.limit:.3f} apart at most for their error bars); film the "
                 "badge again, each time with the sheet pressed flat and without zoom"
+            )
+        if any(pair.level == "differs" for pair in pairs.values()):
+            limits = ", ".join(f"{pair.name} {pair.difference:.3g} {pair.unit}" for pair in pairs.values())
+            raise MediaError(
+                f"captures {first} and {second} show two builds of the badge ({limits} apart); enroll it with films of "
+                "one badge"
             )

@@ -1,10 +1,7 @@
 """Judging a film in chapters, so that memory does not grow with its length and every frame is still examined.
 
-1. Estimate the camera (focal length, shutter, one smoothed pose per frame); measure and predict the fringe phase.
-2. Decode the identity, and compare it with the claim.
-3. If the badge was enrolled as built: are the figures of the film those of enrolment?
-4. Judge the motion invariant: compare explanations of the fringes.
-5. If its figures are others, and earlier ones are on record: the same by each earlier set.
+Steps 3 to 7 of ARCHITECTURE.md; where the figures are not those in use, and earlier ones are on record, the same by
+each earlier set.
 
 A film of up to `CHAPTER_FRAMES` is one chapter.  In a longer film each chapter is judged by itself, and then all of
 them together.  So an hour of true motion cannot average away one forged minute.
@@ -123,7 +120,7 @@ def _verdict(chapter: Chapter) -> Verdict:
 
 
 def judge_chapter(track: Track, question: Question, *, repeated: int = 0) -> Chapter:
-    """Steps 1 to 5 for a track, whose first `repeated` frames were in the last chapter too.
+    """Steps 3 to 7 for a track, whose first `repeated` frames were in the last chapter too.
 
     Convention: as `film.verify`.
     Source: module docstring.
@@ -149,7 +146,7 @@ def by_figures_that_agree(chapters: Sequence[Chapter]) -> list[Chapter]:
 
 
 def _judged_by(track: Track, question: Question, repeated: int) -> Chapter:
-    """Steps 1 to 4."""
+    """Steps 3 to 7, by one set of figures."""
     chapter = _unjudged(track, question, repeated)
     if track.tracked < MIN_FRAMES or track.tracked == repeated:
         return chapter
@@ -249,6 +246,7 @@ def identity_of(chapters: Sequence[Chapter]) -> tuple[Identity, tuple[Reason, ..
 
     The first chapter whose figures differ from those of enrolment decides; otherwise the first with another identity
     than the claimed one; otherwise the first with a readable identity, where chapters whose figures agree come first.
+    A code that stays still in any chapter counts.
     """
     order = {"mismatch": 0, "match": 1, "not_claimed": 2, "unreadable": 3}
 
@@ -260,12 +258,18 @@ def identity_of(chapters: Sequence[Chapter]) -> tuple[Identity, tuple[Reason, ..
         return built != "differs", order[chapter.identity.verdict], unread, built_order[built]
 
     first = min(chapters, key=rank)
+    still = tuple(
+        _in_chapter(chapter, reason)
+        for chapter in chapters
+        for reason in chapter.identity.reasons
+        if chapter is not first and (reason.code, reason.level) == ("cells_move", "fail")
+    )
     found = sorted({chapter.identity.decoded_id for chapter in chapters if chapter.identity.decoded_id})
     if len(found) < 2 or first.identity.verdict == "mismatch":
-        return first.identity, first.built_reasons
+        return replace(first.identity, reasons=(*first.identity.reasons, *still)), first.built_reasons
     text = "The codes of different badges are read in different parts of the film."
     several = Reason("identities", "fail", ", ".join(found), None, "", text)
-    return replace(first.identity, reasons=(*first.identity.reasons, several)), first.built_reasons
+    return replace(first.identity, reasons=(*first.identity.reasons, *still, several)), first.built_reasons
 
 
 def _is_doubtful(chapter: Chapter) -> bool:
@@ -275,12 +279,17 @@ def _is_doubtful(chapter: Chapter) -> bool:
 
 def _broken_chapter(chapter: Chapter) -> Reason | None:
     """The most serious finding of a chapter, with its time; None if none fails or is undecided."""
-    start, end = chapter.span_s
     order: dict[Level, int] = {"fail": 0, "undecided": 1, "pass": 2, "note": 2}
     why = min(chapter.invariant.reasons, key=lambda reason: order[reason.level])
     if order[why.level] > 1:
         return None
-    return replace(why, text=f"Between {start:.0f} and {end:.0f} s: {why.text}")
+    return _in_chapter(chapter, why)
+
+
+def _in_chapter(chapter: Chapter, reason: Reason) -> Reason:
+    """A finding with its chapter's time."""
+    start, end = chapter.span_s
+    return replace(reason, text=f"Between {start:.0f} and {end:.0f} s: {reason.text}")
 
 
 def _compared_built(

@@ -1,15 +1,7 @@
-"""Verify a film against a badge, in numbered steps.
+"""Verify a film against a question, in numbered steps.
 
-1. Open the film.
-2. Follow the badge: markers, registration, fringe profiles, frame by frame.
-3. Estimate the camera: focal length, shutter, and one smoothed pose per frame.
-4. Measure the fringe phase of every strip, and predict it from the optics.
-5. Judge the motion invariant.
-6. Decode the identity, and compare it with the question.
-7. If the badge was enrolled as built: are the figures of the film those of enrolment?
-8. Give the verdict with its reasons.
-
-Steps 3 to 7 run chapter by chapter (`chapters`); a film of up to half a minute is one chapter.
+Here are steps 1, 2 and 8 of those in ARCHITECTURE.md; steps 3 to 7 run chapter by chapter (`chapters`), and a film of
+up to half a minute is one chapter.
 
 Policy: the invariant and the identity must both hold.  If either fails, the film is rejected; if either is in doubt,
 the verdict is inconclusive. Figures that differ from those of enrolment are reported, and the film is rejected where
@@ -22,7 +14,6 @@ from __future__ import annotations
 
 import time
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 
 from threadpoolctl import threadpool_limits
 
@@ -88,24 +79,24 @@ def verify(video: AnyPath, question: Question, *, progress: Progress | None = No
     # The matrices are small: a second BLAS thread waits far longer than it works, and costs half
     # of a verification's time.
     with threadpool_limits(limits=1, user_api="blas"):
-        seen = _read(film, question, progress)
-    invariant = invariant_of(seen.chapters)
-    identity, built_reasons = identity_of(seen.chapters)
-    reasons = invariant.reasons + identity.reasons + built_reasons + seen.verifier.others + seen.verifier.restarts
-    judged = seen.verifier.judged
-    watched = seen.watch if film.tracks.judged else None
-    overlapped = watched.judge(judged.tracker, seen.chapters) if watched else None
+        verifier, watch, chapters, read, stages = _read(film, question, progress)
+    invariant = invariant_of(chapters)
+    identity, built_reasons = identity_of(chapters)
+    reasons = invariant.reasons + identity.reasons + built_reasons + verifier.others + verifier.restarts
+    judged = verifier.judged
+    watched = watch if film.tracks.judged else None
+    overlapped = watched.judge(judged.tracker, chapters) if watched else None
     if overlapped:
         reasons += overlapped.reasons
     if not film.tracks.judged:
         reasons = ()
     reasons += film.findings()
-    if any(chapter.claimed for chapter in seen.chapters):
+    if any(chapter.claimed for chapter in chapters):
         reasons += (claimed_finding(),)
-    cover = seen.verifier.cover
-    tracked, passed = (sum(getattr(chapter, name) for chapter in seen.chapters) for name in ("tracked", "passed"))
+    cover = verifier.cover
+    tracked, passed = (sum(getattr(chapter, name) for chapter in chapters) for name in ("tracked", "passed"))
     if tracked:
-        reasons += (*cover_findings(cover, question.cover_share), *seen.verifier.long_unsearched)
+        reasons += (*cover_findings(cover, question.cover_share), *verifier.long_unsearched)
     if film.tracks.judged:
         reasons += claim_reasons(question, identity)
     if question.barred is not None:
@@ -115,9 +106,9 @@ def verify(video: AnyPath, question: Question, *, progress: Progress | None = No
     verdict = worst(list(reasons))  # 8
     timing = {
         "total_s": round(time.perf_counter() - begun, 4),
-        "stages": {name: round(seconds, 4) for name, seconds in seen.stages.items()},
+        "stages": {name: round(seconds, 4) for name, seconds in stages.items()},
     }
-    shown = next(chapter for chapter in seen.chapters if chapter.track is not None)
+    shown = next(chapter for chapter in chapters if chapter.track is not None)
     return Report(
         verdict,
         reasons,
@@ -125,16 +116,16 @@ def verify(video: AnyPath, question: Question, *, progress: Progress | None = No
         identity,
         film.described(),
         {
-            "read": seen.read + film.damage.lost,
+            "read": read + film.damage.lost,
             "tracked": tracked + passed,
-            "unsearched": seen.verifier.unsearched,
+            "unsearched": verifier.unsearched,
             "damaged": film.damage.damaged,
         },
         timing,
-        _left_out(question.badge, film, shown.measurement, seen.verifier.unsearched, passed),
-        shown.track or no_track(question.badge, seen.read, (film.width, film.height)),
+        _left_out(question.badge, film, shown.measurement, verifier.unsearched, passed),
+        shown.track or no_track(question.badge, read, (film.width, film.height)),
         shown.measurement,
-        segments=tuple(segment for chapter in seen.chapters for segment in chapter.segments),
+        segments=tuple(segment for chapter in chapters for segment in chapter.segments),
         region=judged.region(film.reduced_by),
         overlap=overlapped,
         cover=cover,
@@ -144,15 +135,8 @@ def verify(video: AnyPath, question: Question, *, progress: Progress | None = No
     )
 
 
-@dataclass(frozen=True)
-class _DecodedFilm:
-    """A film read to its end: verifier, face watch, chapters, number of frames, seconds of each stage."""
-
-    verifier: Verifier
-    watch: OverlapWatch | None
-    chapters: list[Chapter]
-    read: int
-    stages: dict[str, float]
+#: A film read to its end: verifier, face watch, chapters, number of frames, seconds of each stage.
+_DecodedFilm = tuple[Verifier, OverlapWatch | None, list[Chapter], int, dict[str, float]]
 
 
 def _read(film: Film, question: Question, progress: Progress | None) -> _DecodedFilm:
@@ -184,7 +168,7 @@ def _read(film: Film, question: Question, progress: Progress | None) -> _Decoded
     for chapter in chapters:
         for name, seconds in chapter.stages_s.items():
             stages[name] = stages.get(name, 0.0) + seconds
-    return _DecodedFilm(verifier, watch, chapters, read, stages)
+    return verifier, watch, chapters, read, stages
 
 
 def _left_out(

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.badge import Badge
-from moireid.lazy import from_room
 from moireid.names import line_of
 from moireid.provenance import Source, Standing
 from moireid.question import CheckLevel
@@ -173,30 +172,6 @@ class Report:
         phases = {f"{what}_{g}": getattr(one, what) for g, one in enumerate(found.gratings) for what in PHASES}
         frames = {"frame": self.track.frame_numbers[: len(found.times_s)], "time_s": found.times_s}
         return SignalTable.of(frames | places | phases)
-
-    def plot(self, grating: int | None = None) -> Any:
-        """Draw the measured phase of the fringes against the one that optics predict.
-
-        Parameters
-        ----------
-        grating : int, optional
-            Its number; None for the one whose predicted phase moves most.
-
-        Returns
-        -------
-        matplotlib.figure.Figure
-            Both over time, and one against the other.
-
-        Raises
-        ------
-        SpecError
-            Where nothing was measured, or the badge has no such grating.
-        """
-        return from_room("moireid.verifier.report.phase_figure", "phase_figure")(self.signals(), grating)
-
-    def _repr_html_(self) -> str:
-        """For notebooks: headline, advice and the plot of the law."""
-        return str(from_room("moireid.verifier.report.summary", "report_html")(self))
 
     def _gratings(self) -> list[dict[str, Any]]:
         """The figures of each grating, with the direction that it senses."""

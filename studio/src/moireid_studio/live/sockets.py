@@ -251,9 +251,8 @@ def own_words(
 
     if event.get("verdict") not in get_args(Verdict):
         raise ProcessEnd("crash", "gave a verdict that is none")
-    provenance, challenged = asked.found.provenance, prompted and event.get("challenged") is True
-    registry = provenance.standing.to_json() if provenance.standing else None
-    own: dict[str, Any] = {"challenged": challenged, "claim_source": provenance.source, "registry": registry}
+    challenged, stated = prompted and event.get("challenged") is True, asked.found.stated()
+    own: dict[str, Any] = {name: stated[name] for name in ("claim_source", "registry")} | {"challenged": challenged}
     own |= {"sealed": list(sealed), "input": {"decoder": f"OpenCV {cv2.__version__}"}}
     measured = asked.enrolling and challenged and event["verdict"] == "accept"
     return {name: value for name, value in event.items() if measured or name != "as_built"} | own
