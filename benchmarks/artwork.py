@@ -16,6 +16,7 @@ from __future__ import annotations
 import subprocess
 import tempfile
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from unittest.mock import patch
 
@@ -46,13 +47,13 @@ DPI, FRAMES, FPS, CRF = 600, 60, 30, 0
 Plain = Callable[[PdfPage, Badge], None]
 
 
-def dressed(template: str, name: str, orientation: str, folder: Path) -> tuple[Badge, Look]:
+def dressed(template: str, name: str, orientation: str, folder: Path) -> Badge:
     """A badge that wears all its template has places for, with pictures of many edges and squares."""
     form, pictures = FORMATS[name], _pictures(folder)
     look = Look(template_named(template), content_of(*pictures, "#134e8c"), form.corner_mm)
     side = look.template.side(*turned(form.size_mm, orientation))
     order = Order("Ada Lovelace", format=name, orientation=orientation, head=side.head, foot=side.foot)
-    return with_lines(design_badge(order, PAYLOAD), LINES), look
+    return replace(with_lines(design_badge(order, PAYLOAD), LINES), look=look)
 
 
 def _pictures(folder: Path) -> tuple[Path, Path]:
@@ -69,11 +70,11 @@ def _pictures(folder: Path) -> tuple[Path, Path]:
     return logo, portrait
 
 
-def printed(badge: Badge, look: Look | None, folder: Path) -> NDArray[np.uint8]:
+def printed(badge: Badge, folder: Path, *, worn: bool) -> NDArray[np.uint8]:
     """The board as poppler rasterises the page, grey, `DPI`."""
     pdf = folder / "page.pdf"
     bare: Plain = lambda sheet, badge: None  # noqa: E731
-    write_badge_pdf(badge, pdf, look=look, write_words=None if look else bare)
+    write_badge_pdf(badge, pdf, write_words=None if worn else bare)
     subprocess.run(["pdftoppm", "-r", str(DPI), "-gray", "-singlefile", str(pdf), str(pdf.with_suffix(""))], check=True)
     with Image.open(pdf.with_suffix(".pgm")) as page:
         x0, y0, x1, y1 = (round(side * DPI / 25.4) for side in badge.outline_mm)
@@ -96,8 +97,8 @@ def filmed(badge: Badge, board: NDArray[np.uint8], video: Path) -> None:
 
 def compare(template: str, name: str, orientation: str, folder: Path) -> Row:
     """Print, film and read a badge with and without what it wears."""
-    badge, look = dressed(template, name, orientation, folder)
-    boards = [printed(badge, worn, folder) for worn in (None, look)]
+    badge = dressed(template, name, orientation, folder)
+    boards = [printed(badge, folder, worn=worn) for worn in (False, True)]
     read = []
     for k, board in enumerate(boards):
         filmed(badge, board, folder / f"{k}.mp4")

@@ -139,11 +139,11 @@ def test_a_row_of_a_list_overrules_what_holds_for_all(content: Artwork) -> None:
     folder, badge = content.logo.parent, badge_for(template_named("plain"), "a7", "landscape")
     look = Look(template_named("plain"), Artwork(logo=content.logo))
     cells = {"name": "Ada", "line1": "Editor", "line2": "Example News", "portrait": "face.png", "colour": "#000080"}
-    worn, own = dressed(badge, cells, look, ["Guest"], files_below(folder))
+    worn = dressed(badge, cells, look, ["Guest"], files_below(folder))
     assert lines_of(worn) == ("Editor", "Example News")
-    assert own is not None and own.content == Artwork(content.logo, content.portrait, (0, 0, 128 / 255))
-    assert set(kept_pictures([own, None])) == {content.logo, content.portrait}
-    assert lines_of(dressed(badge, {"name": "Bob"}, look, ["Guest"], files_below(folder))[0]) == ("Guest",)
+    assert worn.look.content == Artwork(content.logo, content.portrait, (0, 0, 128 / 255))
+    assert set(kept_pictures([worn, badge])) == {content.logo, content.portrait}
+    assert lines_of(dressed(badge, {"name": "Bob"}, look, ["Guest"], files_below(folder))) == ("Guest",)
     assert lines_in({"role": "Judge"}) == ["Judge"]
     with pytest.raises(SpecError, match="cannot be read"):
         dressed(badge, {"portrait": "none.png"}, look, [], files_below(folder))
@@ -162,7 +162,7 @@ def test_a_list_names_no_file_outside_of_its_folder(content: Artwork, tmp_path: 
     (tmp_path / "logo.png").write_bytes(content.logo.read_bytes())
     (tmp_path / "link.png").unlink()
     (tmp_path / "link.png").symlink_to("logo.png")
-    assert dressed(badge, {"logo": "link.png"}, look, [], files_below(tmp_path))[1] is not None
+    assert dressed(badge, {"logo": "link.png"}, look, [], files_below(tmp_path)).look is not None
 
 
 @pytest.mark.parametrize("template", TEMPLATES)

@@ -74,7 +74,8 @@ class ClaimContext:
 @contextmanager
 def claim_of_badge(badge: Badge | AnyPath, registry: Place, terms: AskingTerms) -> Iterator[ClaimContext]:
     """The badge itself; with a registry that holds it, the registry's own record of it."""
-    own = badge if isinstance(badge, Badge) else load_badge(badge)
+    # What it wears is of no use to the process that reads the film.
+    own = replace(badge, look=None) if isinstance(badge, Badge) else load_badge(badge)
     if registry is None:
         yield ClaimContext(ClaimedBadge(own), lambda document: Circumstances(datetime.now(UTC)))
         return

@@ -7,9 +7,7 @@ reach.py    the distances at which a board can be read, and a film judged; the l
 design.py   the choice of beat frequencies, and the Badge
 formats.py  sizes that holders are made for, each with its sheet and range
 explain.py  a designed badge in figures
-drawn.py    the badge with a given identity, or with a random one that no one else has
 list_table.py  a list as spreadsheets save it: encoding, separator, rows
-people.py   a list of people (CSV), and the badge of each
 chart.py    the pitch test sheet
 """
 

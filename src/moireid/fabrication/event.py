@@ -22,7 +22,6 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
-from moireid.artwork.placing import Look
 from moireid.badge import Badge, Rect
 from moireid.errors import FabricationError
 from moireid.fabrication.assembly.assembly_words import Maker
@@ -119,7 +118,6 @@ def write_sheets_pdf(
     path: Path,
     *,
     measured_scale: tuple[float, float] = (1.0, 1.0),
-    looks: Sequence[Look | None] | None = None,
 ) -> tuple[int, int]:
     """Write all boards on as few sheets as they need, whole or not at all.
 
@@ -129,8 +127,6 @@ def write_sheets_pdf(
         One or more, of one layout.
     measured_scale : (float, float)
         As for `pdf.write_badge_pdf`.
-    looks : sequence of Look or None, optional
-        Artwork of each badge.
 
     Returns
     -------
@@ -157,7 +153,7 @@ def write_sheets_pdf(
             if number and number % len(places) == 0:
                 sheet.canvas.showPage()
             sheet.origin_mm = (place[0] - badge.outline_mm[0], place[1] - badge.outline_mm[1])
-            draw_board(sheet, badge, form, dot_mm, block, marks(badge, looks[number] if looks else None), MARK_MM)
+            draw_board(sheet, badge, form, dot_mm, block, marks(badge), MARK_MM)
             if number % len(places) == 0:
                 sheet.origin_mm = (0.0, 0.0)
                 draw_scale_bars(sheet, block)
@@ -177,7 +173,6 @@ def print_event(
     mount: str = "none",
     figures: MountFigures | None = None,
     parts: Parts | None = None,
-    looks: Sequence[Look | None] | None = None,
     overwrite: bool = False,
     maker: Maker = "command",
     kept: Sequence[AnyPath] = (),
@@ -201,8 +196,6 @@ def print_event(
         Of printer and laser; None for the defaults.
     parts : Parts, optional
         The mounts as they were planned already; `mount` and `figures` then count no more.
-    looks : sequence of Look or None, optional
-        Artwork of each badge, in the order of the badges; None for name, lines and id alone.
     overwrite : bool
         Replace older files, and remove those of a mount that this event does not have.
     maker : str
@@ -239,12 +232,9 @@ def print_event(
         # The mount is the same for all, and so are its views.
         solids = shape_parts(badges[0], parts)
         work = partial(_write_person, parts=parts, drawn=solids.drawn, measured_scale=measured_scale, maker=maker)
-        worn = looks or [None] * len(badges)
-        with _shared(work, badges, [aside / name for name in names], worn, processes) as people_made:
+        with _shared(work, badges, [aside / name for name in names], processes) as people_made:
             mass_g, mount_figures = write_parts(badges[0], parts, aside, lambda file: None, solids)
-            sheet_count, to_a_sheet = write_sheets_pdf(
-                badges, aside / SHEETS, measured_scale=measured_scale, looks=looks
-            )
+            sheet_count, to_a_sheet = write_sheets_pdf(badges, aside / SHEETS, measured_scale=measured_scale)
             for done, _ in enumerate(people_made, start=1):
                 if progress:
                     progress(done, len(badges))
@@ -279,24 +269,20 @@ def _folders(badges: Sequence[Badge]) -> list[str]:
 def _write_person(
     badge: Badge,
     folder: Path,
-    look: Look | None,
     parts: Parts,
     drawn: DrawnMounts,
     measured_scale: tuple[float, float],
     maker: Maker,
 ) -> None:
     folder.mkdir()
-    write_sheets(
-        badge, folder, parts, drawn, measured_scale=measured_scale, say=lambda file: None, maker=maker, look=look
-    )
+    write_sheets(badge, folder, parts, drawn, measured_scale=measured_scale, say=lambda file: None, maker=maker)
 
 
 @contextmanager
 def _shared(
-    work: Callable[[Badge, Path, Look | None], None],
+    work: Callable[[Badge, Path], None],
     badges: Sequence[Badge],
     folders: Sequence[Path],
-    looks: Sequence[Look | None],
     processes: int,
 ) -> Iterator[Iterator[None]]:
     """Run the work for each badge in several processes while the `with` body runs; they end with the body.
@@ -304,13 +290,13 @@ def _shared(
     Raises: FabricationError where a process was killed.
     """
     if processes < 2 or len(badges) < LEAST_SHARED:
-        yield map(work, badges, folders, looks)
+        yield map(work, badges, folders)
         return
     # Spawned, because a fork would copy the locks of other threads.  Only the parent handles an interrupt.
     begin: dict[str, Any] = {"initializer": signal.signal, "initargs": (signal.SIGINT, signal.SIG_IGN)}
     pool = ProcessPoolExecutor(processes, mp_context=get_context("spawn"), **begin)
     try:
-        yield pool.map(work, badges, folders, looks, chunksize=4)
+        yield pool.map(work, badges, folders, chunksize=4)
     except BrokenProcessPool as error:
         raise FabricationError(
             "a process that made badges was ended from outside; nothing was kept: run the command again, with more "

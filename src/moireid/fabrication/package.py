@@ -10,7 +10,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from moireid.artwork.placing import Look
 from moireid.badge import Badge
 from moireid.dots import on_dots
 from moireid.fabrication.assembly.assembly_words import Maker
@@ -73,7 +72,6 @@ def print_badge(
     measured_scale: tuple[float, float] = (1.0, 1.0),
     figures: MountFigures | None = None,
     parts: Parts | None = None,
-    look: Look | None = None,
     overwrite: bool = False,
     maker: Maker = "command",
     kept: Sequence[AnyPath] = (),
@@ -96,8 +94,6 @@ def print_badge(
         Of printer and laser; None for the defaults.
     parts : Parts, optional
         The mounts as they were planned already; `mount` and `figures` then count no more.
-    look : Look, optional
-        The badge's artwork; None for name, lines and id alone.
     overwrite : bool
         Replace older files, and remove those of a mount that this badge does not have.
     maker : str
@@ -135,7 +131,7 @@ def print_badge(
     # badge.json goes last, so that where it exists all other files exist too.
     with made_aside(folder, names, stale, overwrite=overwrite, kept=kept, before_moving=before_moving) as aside:
         solids = shape_parts(badge, parts)
-        how: dict[str, Any] = {"measured_scale": measured_scale, "say": say, "maker": maker, "look": look}
+        how: dict[str, Any] = {"measured_scale": measured_scale, "say": say, "maker": maker}
         picture = write_sheets(badge, aside, parts, solids.drawn, **how)
         mass_g, mount_figures = write_parts(badge, parts, aside, say, solids, picture)
     return PrintResult({name: folder / name for name in names}, mass_g, mount_figures, parts.left_out, stale)
@@ -188,18 +184,17 @@ def write_sheets(
     measured_scale: tuple[float, float],
     say: Callable[[str], None],
     maker: Maker,
-    look: Look | None = None,
 ) -> Image.Image:
     """Write a badge's page, previews, assembly sheet and badge.json; drawn: as `shape_parts` gives it.
 
     Returns: the board as it was drawn.
     """
     say("badge.pdf")
-    write_badge_pdf(badge, folder / "badge.pdf", measured_scale=measured_scale, look=look)
+    write_badge_pdf(badge, folder / "badge.pdf", measured_scale=measured_scale)
     say("preview.png")
-    preview = write_preview(badge, folder / "preview.png", look)
+    preview = write_preview(badge, folder / "preview.png")
     say(MOVING)
-    write_worn(badge, folder / MOVING, look, preview)
+    write_worn(badge, folder / MOVING, preview)
     say("assembly.pdf")
     write_assembly_pdf(
         badge,

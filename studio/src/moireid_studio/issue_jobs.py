@@ -23,8 +23,6 @@ from moireid_studio.store.job import Job
 from moireid_studio.store.stored_pictures import StoredPicture
 from moireid_studio.studio import Studio
 
-#: The parts of a mount in 3D; where a badge has several, the first is shown.
-MODELS = ("mount.glb", "stack.glb")
 
 
 def pictures_of(studio: Studio, order: VisitorOrder, visitor: Visitor) -> dict[str, StoredPicture]:

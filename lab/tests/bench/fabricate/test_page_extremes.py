@@ -55,7 +55,7 @@ def test_wishes_that_are_slow_to_paint_are_granted_too(name: str, tmp_path: Path
 
 def test_advice_that_is_none_ends_in_no_page(tmp_path: Path) -> None:
     """Catches: a table that calls a refusal without advice right; a loop that follows nothing for ever."""
-    case = PageCase("unknown paper", Order("Extreme", lens="50lpi", paper="a9"))
+    case = PageCase("unknown paper", Order("Extreme", lens="50lpi", range_m=(0.8, 2.5), paper="a9"))
     assert follow(case, SpecError("no")) == case
     assert settle(case, tmp_path)[1] is None
     assert extreme_row(case)["outcome"] == "wrong"

@@ -47,10 +47,10 @@ def print_people(
             data, order, files_below(people_csv.parent), source=str(people_csv), holder_of=holder_of
         )
     _check_rows([row.fault for row in rows if row.fault], people_csv, said)
-    badges, looks = [row.badge for row in rows if row.badge is not None], [row.look for row in rows]
+    badges = [row.badge for row in rows if row.badge is not None]
     # A board of no format has the mount that was asked for, or none.
     parts, _ = choose_parts(badges[0], replace(order, format=None, mount=order.mount or "none"))
-    kept = [people_csv, *order.files, *kept_pictures(looks)]
+    kept = [people_csv, *order.files, *kept_pictures(badges)]
     if registry_url is not None:
         files = [folder / name for name in event_files(badges, parts)]
         planned(files, overwrite=how["overwrite"], make_folders=False, kept=kept)
@@ -65,7 +65,6 @@ def print_people(
                 badges,
                 folder,
                 parts=parts,
-                looks=looks,
                 kept=kept,
                 before_moving=(
                     (lambda: registry.enroll_many(badges, warned=True, expires=expires)) if registry else None

@@ -157,7 +157,6 @@ def print_one(
                 badge,
                 folder,
                 parts=package.parts,
-                look=package.look,
                 kept=order.files,
                 before_moving=(lambda: registry.enroll(badge, warned=True, expires=expires)) if registry else None,
                 progress=lambda file: show(f"making {file}"),

@@ -27,7 +27,7 @@ router = APIRouter(prefix="/api/badges", route_class=ShortRoute, responses=probl
 Issuer = Annotated[Visitor, require("issuer")]
 BadgeId = Annotated[str, Path(pattern="^[0-9a-fA-F]{4,64}$", description="A badge's identity, hex digits.")]
 KINDS = ("badge", "event", "capture", "build")
-FILES = {"assembly.pdf": "application/pdf", "mount.glb": "model/gltf-binary", "stack.glb": "model/gltf-binary"}
+FILES = {"assembly.pdf": "application/pdf", "mount.glb": "model/gltf-binary"}
 
 
 class LinkPoint(BaseModel):
@@ -180,7 +180,7 @@ def preview(request: Request, job_id: JobId, visitor: Issuer) -> Response:
     response_class=Response,
 )
 def one_file(
-    request: Request, job_id: JobId, visitor: Issuer, name: Literal["assembly.pdf", "mount.glb", "stack.glb"]
+    request: Request, job_id: JobId, visitor: Issuer, name: Literal["assembly.pdf", "mount.glb"]
 ) -> Response:
     """One of the files of a badge that a job has made: how it is built, or the parts of its mount in 3D."""
     found = studio_of(request).jobs.find(job_id, visitor.id, "badge")

@@ -19,12 +19,13 @@ from moireid.designer.formats import FORMATS
 from moireid.designer.list_table import decoded
 from moireid.designer.reach import verdict_reach_m
 from moireid.errors import MoireIdError, SpecError
+from moireid.fabrication.mount_parts import GLB_FILE
 from moireid.fabrication.page.preview import draw_preview
 from moireid.issuing import Package
 from moireid.names import line_of
 from moireid_studio.auth.guard import Visitor, require
 from moireid_studio.forms import Fields, picture_fields
-from moireid_studio.issue_jobs import MODELS, start_badge, start_event
+from moireid_studio.issue_jobs import start_badge, start_event
 from moireid_studio.jobs.lists import FOR_ALL, MOST_AT_AN_EVENT, picture_key, understood
 from moireid_studio.jobs.orders import CheckedOrder, checked, read_order
 from moireid_studio.pages.home import render
@@ -158,7 +159,7 @@ def _issue(request: Request, sent: Fields, visitor: Visitor) -> Response:
 def _picture(plan: Package) -> str:
     """The badge with all that it wears, as the address of a picture."""
     made = io.BytesIO()
-    picture = draw_preview(plan.badge, plan.look)
+    picture = draw_preview(plan.badge)
     picture.thumbnail((PICTURE_PX, PICTURE_PX))
     picture.save(made, format="WEBP", quality=80)
     return "data:image/webp;base64," + base64.b64encode(made.getvalue()).decode()
@@ -220,7 +221,7 @@ def issue_job(request: Request, job_id: str, visitor: Issuer) -> Response:
         return render(request, "making.html.j2", job=job, again=again, problem=problem)
     minutes = round(studio.settings.limits.keep_s / 60)
     made = job.result or {}
-    model = next((name for name in MODELS if name in made.get("files", ())), None)
+    model = GLB_FILE if GLB_FILE in made.get("files", ()) else None
     return render(request, "issued.html.j2", job=job, made=made, minutes=minutes, model=model)
 
 
