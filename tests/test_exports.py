@@ -16,7 +16,7 @@ EXPORTED = {
         "WRONG_PERSON CellReading CodeFamily DecodeResult PartialWord PitchFamily SpacingFamily family_named "
         "specimen_of spells_its_id"
     ),
-    "moireid.designer": ("ChartRequest Order design_badge design_chart explain payload_from_hex random_payload"),
+    "moireid.designer": ("Order design_badge design_chart explain payload_from_hex random_payload"),
     "moireid.simulate": (
         "Build Camera DiscLight FilmReport Motion Need Poses Scene camera_named film light_named motion_named "
         "truth_path"

@@ -13,9 +13,7 @@ BADGE = design_badge(Order("Ada Lovelace", lens="50lpi"), bytes(range(8)))
 
 def test_equal_means_equal_whatever_is_shown() -> None:
     """Catches: badges compared by what is shown of them, and a field that no longer counts."""
-    assert {field.name for field in fields(Badge) if field.compare} == {field.name for field in fields(Badge)} - {
-        "look"
-    }
+    assert [field.name for field in fields(Badge) if not field.compare] == ["look"]
     other = replace(BADGE, range_m=(0.5, 1.0))
     assert repr(other) == repr(BADGE)
     assert other != BADGE

@@ -13,7 +13,7 @@ from PIL import Image
 from kit.programs import needs
 from moireid.badge import Badge, load_badge
 from moireid.calibration.chart_reading import printed_frequencies
-from moireid.designer.chart import BOARD_WIDTH_MM, MIN_BAND_MM, STEP_LPI, ChartRequest, design_chart
+from moireid.designer.chart import BOARD_WIDTH_MM, MIN_BAND_MM, STEP_LPI, design_chart
 from moireid.dots import line_edges_mm
 from moireid.errors import DesignError, SpecError
 from moireid.fabrication.page.chart_page import JSON, PDF, band_label, print_chart
@@ -30,7 +30,7 @@ def page(path: Path) -> pdfium.PdfPage:
 @pytest.mark.parametrize(("lens", "paper", "steps"), SHEETS)
 def test_bands_are_a_tenth_of_a_line_apart_about_the_nominal_pitch(lens, paper, steps):
     """Catches: steps in mm instead of lines per inch, a nominal band off the middle, an order upside down."""
-    chart = design_chart(ChartRequest(lens=lens, paper=paper, steps=steps))
+    chart = design_chart(lens=lens, paper=paper, steps=steps)
     lines = np.array([25.4 / cell.pitch_mm for cell in chart.gratings[0].cells])
     assert len(lines) == 2 * steps + 1
     assert np.diff(lines) == pytest.approx(np.full(2 * steps, STEP_LPI), abs=1e-9)
@@ -40,7 +40,7 @@ def test_bands_are_a_tenth_of_a_line_apart_about_the_nominal_pitch(lens, paper, 
 @pytest.mark.parametrize(("lens", "paper", "steps"), SHEETS)
 def test_bands_lie_one_below_another_in_the_middle_of_the_page(lens, paper, steps):
     """Catches: a board off the paper or off its middle, bands that overlap or are too low, markers over the lines."""
-    chart = design_chart(ChartRequest(lens=lens, paper=paper, steps=steps))
+    chart = design_chart(lens=lens, paper=paper, steps=steps)
     rects = np.array([cell.rect_mm for cell in chart.gratings[0].cells])
     assert np.array_equal(rects[1:, 1], rects[:-1, 3])
     assert np.all(np.ptp(rects[:, [0, 2]], axis=0) == 0) and (rects[:, 3] - rects[:, 1]).min() >= MIN_BAND_MM - 0.002
@@ -55,7 +55,7 @@ def test_bands_lie_one_below_another_in_the_middle_of_the_page(lens, paper, step
 
 def test_every_band_has_a_dark_line_on_the_common_middle():
     """Catches: edges aligned instead of lines, or bands that each begin at their own left end."""
-    chart = design_chart(ChartRequest())
+    chart = design_chart()
     grating = chart.gratings[0]
     middle = (grating.rect_mm[0] + grating.rect_mm[2]) / 2
     for cell in grating.cells:
@@ -65,7 +65,7 @@ def test_every_band_has_a_dark_line_on_the_common_middle():
 
 def test_charts_and_badges_are_distinguished_by_their_markers():
     """Catches: a badge, or the chart of another sheet, that is read as this chart."""
-    ids = [set(design_chart(ChartRequest(lens=lens)).markers.ids) for lens in ("40lpi", "50lpi", "60lpi", "75lpi")]
+    ids = [set(design_chart(lens=lens).markers.ids) for lens in ("40lpi", "50lpi", "60lpi", "75lpi")]
     together = set.union({0, 1, 2, 3}, *ids)
     assert len(together) == 20 and max(together) < 50
 
@@ -75,28 +75,28 @@ def test_too_many_or_no_steps_are_refused_with_what_fits(paper, most):
     """Catches: bands too thin to be distinguished, a chart of one band, advice that is refused in its turn."""
     for steps in (0, -3, most + 1, 10**9):
         with pytest.raises(DesignError, match=f"1 to {most}") as refused:
-            design_chart(ChartRequest(paper=paper, steps=steps))
+            design_chart(paper=paper, steps=steps)
         assert refused.value.details["most_steps"] == most
-    assert len(design_chart(ChartRequest(paper=paper, steps=most)).gratings[0].cells) == 2 * most + 1
+    assert len(design_chart(paper=paper, steps=most).gratings[0].cells) == 2 * most + 1
 
 
 @pytest.mark.parametrize("dpi", [300, 600, 1200, 2400, 4800])
 def test_printers_from_300_to_4800_dpi_draw_every_sheet(dpi, tmp_path):
     """Catches: a limit made for badges, whose code asks for finer dots than a uniform band does."""
     for lens in ("40lpi", "75lpi"):
-        chart = design_chart(ChartRequest(lens=lens, printer_dpi=dpi, steps=2))
+        chart = design_chart(lens=lens, printer_dpi=dpi, steps=2)
         print_chart(chart, tmp_path / f"{lens}{dpi}")
         drawn = 25.4 * printed_frequencies(chart)
         # Half a dot over the field, at most, and far less at the resolutions that people print at.
         assert np.abs(drawn / [25.4 / c.pitch_mm for c in chart.gratings[0].cells] - 1).max() < 0.2 * 25.4 / dpi / 136
     with pytest.raises(DesignError, match="dots wide"):
-        design_chart(ChartRequest(lens="75lpi", printer_dpi=144))
+        design_chart(lens="75lpi", printer_dpi=144)
 
 
 @pytest.mark.parametrize(("lens", "paper", "steps"), SHEETS)
 def test_numbers_and_pitches_are_left_and_right_of_their_bands(lens, paper, steps, tmp_path):
     """Catches: labels left out, off by one, off the page, on the lines, or next to another band."""
-    chart = design_chart(ChartRequest(lens=lens, paper=paper, steps=steps))
+    chart = design_chart(lens=lens, paper=paper, steps=steps)
     print_chart(chart, tmp_path)
     sheet = page(tmp_path / PDF)
     text, height = sheet.get_textpage(), sheet.get_height()
@@ -131,7 +131,7 @@ def middles_mm(row: np.ndarray, dot_mm: float) -> np.ndarray:
 def test_the_bands_are_painted_at_the_pitch_that_a_reader_takes_them_for(form, tmp_path):
     """Catches: bands drawn at another's pitch, realised pitches of the wrong sign, a page that is scaled."""
     dpi = 600
-    chart = design_chart(ChartRequest(printer_dpi=dpi, form=form, steps=4))
+    chart = design_chart(printer_dpi=dpi, form=form, steps=4)
     print_chart(chart, tmp_path)
     dark, dot = painted(tmp_path / PDF, dpi), 25.4 / dpi
     for cell, frequency in zip(chart.gratings[0].cells, printed_frequencies(chart), strict=True):
@@ -146,7 +146,7 @@ def test_the_bands_are_painted_at_the_pitch_that_a_reader_takes_them_for(form, t
 def test_the_description_reads_back_and_repeats(tmp_path):
     """Catches: figures that the schema refuses or JSON rounds; a date in the PDF; files written over unasked."""
     for lens, paper, steps in SHEETS:
-        chart: Badge = design_chart(ChartRequest(lens=lens, paper=paper, steps=steps))
+        chart: Badge = design_chart(lens=lens, paper=paper, steps=steps)
         print_chart(chart, tmp_path / lens, overwrite=True)
         assert load_badge(tmp_path / lens / JSON) == chart and chart.id is None
     before = (tmp_path / "60lpi" / PDF).read_bytes()

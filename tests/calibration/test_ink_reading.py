@@ -15,7 +15,7 @@ from moireid.badge import Badge
 from moireid.calibration.ink_reading import ink_growth
 from moireid.cli.main import moireid
 from moireid.cli.printing.print_cmd import print_command
-from moireid.designer.chart import ChartRequest, design_chart
+from moireid.designer.chart import design_chart
 from moireid.fabrication.page.chart_page import JSON, PDF, print_chart
 from moireid.ink_strip import ink_patches, strip_rect_mm
 from moireid.profiles import PrinterProfile, load_printer_profile, save_printer_profile
@@ -39,7 +39,7 @@ CAMERAS = {
 
 @pytest.fixture(scope="module")
 def chart() -> Badge:
-    return design_chart(ChartRequest())
+    return design_chart()
 
 
 @pytest.mark.parametrize("camera", CAMERAS)
@@ -54,7 +54,7 @@ def test_the_growth_is_read_whatever_the_camera_does_to_greys(chart, camera, gro
 @pytest.mark.parametrize("dpi", [300, 600, 2400])
 def test_other_printers_dots_are_read_as_well(dpi):
     """Catches: widths of a strip for 1200 dpi taken for another printer's; patches that have no whole dots."""
-    chart = design_chart(ChartRequest(printer_dpi=dpi))
+    chart = design_chart(printer_dpi=dpi)
     found = ink_growth([photographed_strip(chart, 40, CAMERAS["steep"])], chart)
     assert found.um is not None and abs(found.um - 40) < max(8, 2.5 * found.sd_um)
 
@@ -91,7 +91,7 @@ def test_pictures_that_do_not_show_it_say_why(chart):
 @pytest.mark.parametrize(("dpi", "form"), [(600, "dots"), (1200, "dots"), (600, "vector")])
 def test_the_page_holds_the_strip_that_the_reader_expects(tmp_path, dpi, form):
     """Catches: another place, pitch or width on paper than in the reader; edges that dots round away."""
-    chart = design_chart(ChartRequest(printer_dpi=dpi, form=form))
+    chart = design_chart(printer_dpi=dpi, form=form)
     print_chart(chart, tmp_path)
     page = pdfium.PdfDocument(tmp_path / PDF)[0]
     scale = 40
@@ -126,7 +126,7 @@ def test_a_printer_profile_reads_back_and_serves_the_print_commands(tmp_path):
 @pytest.mark.slow
 def test_a_photograph_of_the_chart_gives_sheet_and_printer(tmp_path: Path):
     """Catches: the strip read from the shrunken picture, or where the chart's page is not; a profile without it."""
-    chart = design_chart(ChartRequest())
+    chart = design_chart()
     print_chart(chart, tmp_path)
     luma = photographed_chart(chart, PhotoCase("50lpi", 1.0023, 0.7, 0.9, 9.0), 45.0)
     cv2.imwrite(str(tmp_path / "photo.jpg"), luma, [cv2.IMWRITE_JPEG_QUALITY, 90])

@@ -19,10 +19,9 @@ from moireid.designer.order import Order, payload_from_hex, random_payload
 from moireid.lazy import lazy
 
 if TYPE_CHECKING:
-    from moireid.designer.chart import ChartRequest, design_chart
+    from moireid.designer.chart import design_chart
 
 __all__ = [
-    "ChartRequest",
     "Order",
     "design_badge",
     "design_chart",
@@ -31,4 +30,4 @@ __all__ = [
     "random_payload",
 ]
 
-__getattr__ = lazy(__name__, {"ChartRequest": "chart", "design_chart": "chart"})
+__getattr__ = lazy(__name__, {"design_chart": "chart"})

@@ -24,7 +24,6 @@ from moireid_studio.store.stored_pictures import StoredPicture
 from moireid_studio.studio import Studio
 
 
-
 def pictures_of(studio: Studio, order: VisitorOrder, visitor: Visitor) -> dict[str, StoredPicture]:
     """The pictures that an order names, by "logo" and "portrait".  Raises: SpecError where one is not kept."""
     named = {"logo": order.logo, "portrait": order.portrait}

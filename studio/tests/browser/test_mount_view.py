@@ -158,7 +158,7 @@ def test_only_the_one_who_issued_gets_the_model(page: Page, studio: tuple[str, F
     job = path.rpartition("/")[2]
     answer = page.request.get(f"/api/badges/jobs/{job}/mount.glb")
     assert answer.status == 200 and answer.headers["content-type"] == "model/gltf-binary"
-    for name, status in (("stack.glb", 404), ("badge.json", 422), ("..%2Fbadge.json", 404), ("assembly.pdf", 404)):
+    for name, status in (("stack.glb", 422), ("badge.json", 422), ("..%2Fbadge.json", 404), ("assembly.pdf", 404)):
         assert page.request.get(f"/api/badges/jobs/{job}/{name}").status == status, name
     assert page.request.get(f"/api/badges/jobs/{'0' * 32}/mount.glb").status == 404
 

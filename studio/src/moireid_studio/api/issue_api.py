@@ -179,9 +179,7 @@ def preview(request: Request, job_id: JobId, visitor: Issuer) -> Response:
     responses=problem_responses(404) | {200: {"content": {kind: {} for kind in FILES.values()}}},
     response_class=Response,
 )
-def one_file(
-    request: Request, job_id: JobId, visitor: Issuer, name: Literal["assembly.pdf", "mount.glb"]
-) -> Response:
+def one_file(request: Request, job_id: JobId, visitor: Issuer, name: Literal["assembly.pdf", "mount.glb"]) -> Response:
     """One of the files of a badge that a job has made: how it is built, or the parts of its mount in 3D."""
     found = studio_of(request).jobs.find(job_id, visitor.id, "badge")
     return Response(file_of(found, name), media_type=FILES[name])
