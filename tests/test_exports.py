@@ -21,7 +21,7 @@ EXPORTED = {
         "Build Camera DiscLight FilmReport Motion Need Poses Scene camera_named film light_named motion_named "
         "truth_path"
     ),
-    "moireid.fabrication": "Event PrintResult mount_solids print_badge print_event write_badge_pdf",
+    "moireid.fabrication": "PrintResult mount_solids print_badge print_event write_badge_pdf",
     "moireid.calibration": "ChartView lens_from_band lens_from_views load_pictures view_chart",
     "moireid.attest": (
         "CertificateIdentity CheckResult SigningKey check held_against load_public_key load_signing_key signed_envelope"

@@ -24,13 +24,12 @@ from typing import TYPE_CHECKING
 from moireid.lazy import lazy
 
 if TYPE_CHECKING:
-    from moireid.fabrication.event import Event, print_event
+    from moireid.fabrication.event import print_event
     from moireid.fabrication.package import PrintResult, print_badge
     from moireid.fabrication.page.pdf import write_badge_pdf
     from moireid.fabrication.solid_parts import mount_solids
 
 __all__ = [
-    "Event",
     "PrintResult",
     "mount_solids",
     "print_badge",
@@ -41,7 +40,6 @@ __all__ = [
 __getattr__ = lazy(
     __name__,
     {
-        "Event": "event",
         "PrintResult": "package",
         "mount_solids": "solid_parts",
         "print_badge": "package",

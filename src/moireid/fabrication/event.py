@@ -16,7 +16,6 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
-from dataclasses import dataclass
 from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
@@ -27,7 +26,7 @@ from moireid.errors import FabricationError
 from moireid.fabrication.assembly.assembly_words import Maker
 from moireid.fabrication.assembly.guide import DrawnMounts
 from moireid.fabrication.mount_parts import Parts, plan_parts, shape_parts, write_parts
-from moireid.fabrication.package import file_names, leftover_parts, made_aside, write_sheets
+from moireid.fabrication.package import PrintResult, file_names, leftover_parts, made_aside, write_sheets
 from moireid.fabrication.page.canvas import PdfPage
 from moireid.fabrication.page.marks import marks
 from moireid.fabrication.page.pdf import CROP_GAP_MM, draw_board, draw_mask, draw_scale_bars
@@ -46,46 +45,6 @@ SUMMARY, SHEETS = "summary.csv", "badges.pdf"
 _MOST_LETTERS = 40
 #: Starting another process takes as long as some badges.
 LEAST_SHARED = 12
-
-
-@dataclass(frozen=True)
-class Event:
-    """What `print_event` wrote.
-
-    Attributes
-    ----------
-    sheets : Path
-        The PDF with all boards.
-    sheet_count : int
-        Number of sheets in it.
-    boards_to_a_sheet : int
-        Boards on a full sheet.
-    summary : Path
-        The list of all badges.
-    folders : tuple of Path
-        One for each person, in the order of the badges.
-    mount : dict of str to Path
-        The mount's files by name, one set for all.
-    mount_mass_g : float or None
-        Mass of the printed mount, g; None without one.
-    mount_figures : dict of str to float
-        The mount's other figures; units are in their names.
-    left_out : dict of str to str
-        Why "printed" or "acrylic" was not made, though a mount was asked for.
-    removed : tuple of Path
-        Files of an older event's mount that this event does not have.
-    """
-
-    sheets: Path
-    sheet_count: int
-    boards_to_a_sheet: int
-    summary: Path
-    folders: tuple[Path, ...]
-    mount: dict[str, Path]
-    mount_mass_g: float | None
-    mount_figures: dict[str, float]
-    left_out: dict[str, str]
-    removed: tuple[Path, ...]
 
 
 def places_mm(badge: Badge) -> list[tuple[float, float]]:
@@ -179,7 +138,7 @@ def print_event(
     before_moving: Callable[[], object] | None = None,
     progress: Callable[[int, int], None] | None = None,
     processes: int = 1,
-) -> Event:
+) -> PrintResult:
     """Write sheets, summary, a folder for each person, and one set of a mount's files for all into a folder.
 
     Parameters
@@ -211,7 +170,7 @@ def print_event(
 
     Returns
     -------
-    Event
+    PrintResult
         The files.
 
     Raises
@@ -239,20 +198,9 @@ def print_event(
                 if progress:
                     progress(done, len(badges))
         write_text(aside / SUMMARY, _summary(names, badges, parts))
+    files_made = {name: folder / name for name in (SHEETS, SUMMARY, *parts.files)}
     folders = tuple(folder / name for name in names)
-    made = {name: folder / name for name in parts.files}
-    return Event(
-        folder / SHEETS,
-        sheet_count,
-        to_a_sheet,
-        folder / SUMMARY,
-        folders,
-        made,
-        mass_g,
-        mount_figures,
-        parts.left_out,
-        stale,
-    )
+    return PrintResult(files_made, mass_g, mount_figures, parts.left_out, stale, folders, sheet_count, to_a_sheet)
 
 
 def event_files(badges: Sequence[Badge], parts: Parts) -> list[str]:

@@ -6,7 +6,7 @@ import json
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -41,12 +41,12 @@ PART_FILES = (*PRINTED_FILES, *ACRYLIC_FILES, GLB_FILE)
 
 @dataclass(frozen=True)
 class PrintResult:
-    """What `print_badge` wrote.
+    """What `print_badge` or `print_event` wrote.
 
     Attributes
     ----------
     files : dict of str to Path
-        The files by name.
+        The files by name; of an event those for all people.
     mount_mass_g : float or None
         Mass of the printed mount, g; None without one.
     mount_figures : dict of str to float
@@ -55,13 +55,30 @@ class PrintResult:
         Why "printed" or "acrylic" was not made, though a mount was asked for.
     removed : tuple of Path
         Files of an older badge's mount that this badge does not have.
+    folders : tuple of Path
+        Of an event: one for each person, in the order of the badges.
+    sheets, boards_to_a_sheet : int
+        Of an event: number of sheets, and of boards on a full one.
     """
 
     files: dict[str, Path]
     mount_mass_g: float | None
-    mount_figures: dict[str, float] = field(default_factory=dict)
-    left_out: dict[str, str] = field(default_factory=dict)
-    removed: tuple[Path, ...] = ()
+    mount_figures: dict[str, float]
+    left_out: dict[str, str]
+    removed: tuple[Path, ...]
+    folders: tuple[Path, ...] = ()
+    sheets: int = 0
+    boards_to_a_sheet: int = 0
+
+    def to_json(self) -> dict[str, Any]:
+        """What commands say of it as JSON: files, and what became of the mount."""
+        return {
+            "files": {name: str(path) for name, path in self.files.items()},
+            "mount_mass_g": self.mount_mass_g,
+            "mount_figures": self.mount_figures,
+            "left_out": self.left_out,
+            "removed": [str(path) for path in self.removed],
+        }
 
 
 def print_badge(

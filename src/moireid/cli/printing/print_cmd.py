@@ -170,12 +170,8 @@ def print_one(
     document = {
         "id": badge.id,
         "name": badge.name,
-        "files": {name: str(path) for name, path in printed.files.items()},
         "issued": registry is not None,
         "notes": notes,
-        "mount_mass_g": printed.mount_mass_g,
-        "mount_figures": printed.mount_figures,
-        "left_out": printed.left_out,
-        "removed": [str(path) for path in printed.removed],
+        **printed.to_json(),
     }
     return document, lines, explain(badge)

@@ -117,7 +117,7 @@ def issue_event(
             "result": {
                 "kind": "event",
                 "people": [{"id": badge.id, "name": badge.name, "line": line_of(badge.print)} for badge in badges],
-                "sheets": event.sheet_count,
+                "sheets": event.sheets,
                 "boards_to_a_sheet": event.boards_to_a_sheet,
                 "left_out": {shop: plain(why) for shop, why in event.left_out.items()},
                 "mount_mass_g": event.mount_mass_g,
