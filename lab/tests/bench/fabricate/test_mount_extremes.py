@@ -104,7 +104,7 @@ def test_what_the_refusals_advise_does_work() -> None:
         size = numbers(r"at (?:least|most) ([\d.]+) ?x ?([\d.]+)", why(case))
         assert whole(replace(case, request=replace(case.request, size_mm=(size[0], size[1]))))
     (kerf,) = numbers(r"0 to ([\d.]+) mm", why(case_named("kerf 5 mm")))
-    assert whole(replace(case_named("kerf 5 mm"), figures=(f"kerf_mm={kerf:g}",)))
+    assert whole(replace(case_named("kerf 5 mm"), figures={"kerf_mm": kerf}))
 
 
 @pytest.mark.slow
