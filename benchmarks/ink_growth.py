@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 
 from moireid.calibration.ink_reading import ink_growth
-from moireid.designer.chart import ChartRequest, design_chart
+from moireid.designer.chart import design_chart
 from moireid_lab.bench.bench_frame import Bench, Row, Wish
 from moireid_lab.bench.fabricate.strip_photographs import any_camera, photographed_strip
 
@@ -26,7 +26,7 @@ def rows_of(wish: Wish) -> Iterator[Row]:
     """One row a case."""
     for name in wish.chosen(CASES):
         dpi, sharpens = CASES[name]
-        chart, errors, bars = design_chart(ChartRequest(printer_dpi=dpi)), [], []
+        chart, errors, bars = design_chart(printer_dpi=dpi), [], []
         seeds = wish.seeds(60, 8)
         for seed in seeds:
             growth_um = float(np.random.default_rng(1000 + seed).uniform(0, MOST_UM))

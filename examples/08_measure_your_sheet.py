@@ -11,7 +11,7 @@ from pathlib import Path
 
 import moireid as mo
 from moireid.calibration.sheet_reading import read_sheet
-from moireid.designer import ChartRequest, design_chart
+from moireid.designer import design_chart
 from moireid.fabrication import write_badge_pdf
 from moireid.profiles import save_lens_profile
 
@@ -22,7 +22,7 @@ folder.mkdir(parents=True, exist_ok=True)
 # ## The chart
 
 # %%
-chart = design_chart(ChartRequest(lens="50lpi"))
+chart = design_chart(lens="50lpi")
 write_badge_pdf(chart, folder / "pitch_test.pdf")
 print(chart)
 

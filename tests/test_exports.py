@@ -14,12 +14,12 @@ EXPORTED = {
         "WRONG_PERSON CellReading CodeFamily DecodeResult PartialWord PitchFamily SpacingFamily family_named "
         "specimen_of spells_its_id"
     ),
-    "moireid.designer": ("ChartRequest Order design_badge design_chart explain payload_from_hex random_payload"),
+    "moireid.designer": ("Order design_badge design_chart explain payload_from_hex random_payload"),
     "moireid.simulate": (
         "Build Camera DiscLight FilmReport Motion Need Poses Scene camera_named film light_named motion_named "
         "truth_path"
     ),
-    "moireid.fabrication": "Event PrintResult mount_solids print_badge print_event write_badge_pdf",
+    "moireid.fabrication": "PrintResult mount_solids print_badge print_event write_badge_pdf",
     "moireid.calibration": "ChartView lens_from_band lens_from_views load_pictures view_chart",
     "moireid.attest": (
         "CertificateIdentity CheckResult SigningKey check held_against load_public_key load_signing_key signed_envelope"

@@ -68,7 +68,7 @@ def test_a_badge_is_designed_once_and_its_mount_planned_once(
     monkeypatch.setattr("moireid.fabrication.assembly.guide._views", lambda *_: [])
     for name in ("write_assembly_step", "write_glb"):
         monkeypatch.setattr(f"moireid.fabrication.assembly_files.{name}", lambda *given: given[2].touch())
-    printed = print_badge(plan.badge, tmp_path / "ada", parts=plan.parts, look=plan.look)
+    printed = print_badge(plan.badge, tmp_path / "ada", parts=plan.parts)
     assert calls == {"design_badge": 1, "plan_mount": 1}
     assert load_badge(printed.files["badge.json"]) == plan.badge
     assert list(printed.files) == plan.files and printed.mount_mass_g

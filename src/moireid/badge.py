@@ -94,6 +94,8 @@ class Badge:
         Nearest and farthest camera, m.
     print : dict, optional
         How it is printed: "dpi", "paper", "form", "lens", and "ink_growth_um" where its lines are drawn narrower.
+    look : moireid.artwork.placing.Look, optional
+        What it is to wear when it is printed; it is not in badge.json, and no part of what makes a badge this one.
 
     Notes
     -----
@@ -110,6 +112,7 @@ class Badge:
     board_mm: Rect | None = None
     range_m: tuple[float, float] | None = None
     print: dict[str, Any] | None = field(default=None, hash=False)
+    look: Any = field(default=None, compare=False)
 
     def __repr__(self) -> str:
         """Short, as all its cells would be 16 kB."""

@@ -42,12 +42,11 @@ HolderOf = Callable[[str], "Record | None"]
 class Package:
     """A badge that can be made, and all that goes with it.
 
-    look: None for name, lines and id alone; holder: who has this same badge already; notes: sentences for the person
+    badge: with its looks; holder: who has this same badge already; notes: sentences for the person
     who ordered it, on the mount, on what is printed in part, and on the identity.
     """
 
     badge: Badge
-    look: Look | None
     holder: Record | None
     parts: Parts
     notes: tuple[str, ...]
@@ -78,15 +77,17 @@ def plan_badge(order: Order, holder_of: HolderOf | None = None) -> Package:
 
 
 def plan_package(badge: Badge, order: Order, holder: Record | None = None, notes: Iterable[str | None] = ()) -> Package:
-    """A badge with the looks and the mount of an order.
+    """A badge with the looks and the mount of an order; looks that it has stay where the order names none.
 
     Raises: SpecError as `check_look`; FabricationError as `choose_parts`, and for a name of which nothing is printed.
     """
-    about_name, look = name_note(badge.name), look_of(order)
-    check_look(badge, look)
+    about_name = name_note(badge.name)
+    if badge.look is None or (order.template or order.logo or order.portrait or order.colour):
+        badge = replace(badge, look=look_of(order))
+    check_look(badge)
     parts, about_mount = choose_parts(badge, order)
-    said = (about_mount, about_name, *look_notes(badge, look), *notes)
-    return Package(badge, look, holder, parts, tuple(note for note in said if note))
+    said = (about_mount, about_name, *look_notes(badge), *notes)
+    return Package(badge, holder, parts, tuple(note for note in said if note))
 
 
 def fitted(order: Order) -> tuple[Order, Look | None]:

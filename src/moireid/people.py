@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from moireid.artwork.columns import FindPicture, dressed
-from moireid.artwork.placing import Look
 from moireid.badge import Badge
 from moireid.designer.list_table import Cells, read_list
 from moireid.designer.order import Order
@@ -34,14 +33,13 @@ SHOWN = 10
 class PersonRow:
     """One row of a list: its number, the name as given and all cells by column; and its badge, or what is wrong.
 
-    look: what the badge wears; holder: who has this very badge already; notes: on what is not printed of it.
+    badge: with what it wears; holder: who has this very badge already; notes: on what is not printed of it.
     """
 
     row: int
     name: str
     cells: Cells
     badge: Badge | None = None
-    look: Look | None = None
     holder: Record | None = None
     fault: str | None = None
     notes: tuple[str, ...] = ()
@@ -84,9 +82,9 @@ def plan_people(
         try:
             own = replace(wanted, name=person.name, payload=cells.get("payload") or None)
             drawn, shorter = draw(own, holder_of, ids)
-            badge, look = dressed(drawn, cells, usual, order.lines, find)
-            about = (name_note(badge.name), *look_notes(badge, look))
-            check_look(badge, look)
+            badge = dressed(drawn, cells, usual, order.lines, find)
+            about = (name_note(badge.name), *look_notes(badge))
+            check_look(badge)
             if badge.id in ids:
                 raise SpecError(
                     f"row {ids[badge.id]} has its identity {badge.id} too; give another payload in one of them, or "
@@ -98,7 +96,7 @@ def plan_people(
             rows.append(replace(person, fault=f"{where}: {error}"))
             continue
         ids[badge.id or ""] = number
-        rows.append(replace(person, badge=badge, look=look, holder=holder, notes=tuple(note for note in about if note)))
+        rows.append(replace(person, badge=badge, holder=holder, notes=tuple(note for note in about if note)))
         line = line_of(badge.print)
         if (twin := names.setdefault((badge.name, line), number)) != number:
             notes.append(_alike(twin, number, badge.name, line))

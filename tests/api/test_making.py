@@ -25,7 +25,11 @@ def own_keys(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 def test_the_badge_and_its_page_are_those_of_the_command(wish: dict[str, str], tmp_path: Path) -> None:
     """Catches: a wish that is lost on the way; a look or a format that the printed page does not have."""
     badge = mo.design("Ada Lovelace", payload=PAYLOAD, lines=["Reporter"], **wish)
-    printed = mo.print_badge(badge, str(tmp_path / "ours"), mount="none", template=wish.get("template"))
+    printed = mo.print_badge(badge, str(tmp_path / "ours"), mount="none")
+    # A badge of a file has lost its template.
+    again = mo.load_badge(printed.files["badge.json"])
+    mo.print_badge(again, tmp_path / "again", mount="none", template=wish.get("template"))
+    assert (tmp_path / "again" / "preview.png").read_bytes() == printed.files["preview.png"].read_bytes()
     options = [word for name, value in wish.items() for word in (f"--{name}", value)]
     line = ["--payload", PAYLOAD, "--line", "Reporter", "--mount", "none", *options]
     done = CliRunner().invoke(moireid, ["print", "Ada Lovelace", "--out", str(tmp_path / "theirs"), *line])

@@ -131,4 +131,4 @@ def test_a_list_names_no_file_outside_of_its_folder(content: Artwork, tmp_path: 
     (tmp_path / "logo.png").write_bytes(content.logo.read_bytes())
     (tmp_path / "link.png").unlink()
     (tmp_path / "link.png").symlink_to("logo.png")
-    assert dressed(badge, {"logo": "link.png"}, look, [], files_below(tmp_path))[1] is not None
+    assert dressed(badge, {"logo": "link.png"}, look, [], files_below(tmp_path)).look is not None

@@ -12,7 +12,7 @@ from moireid.calibration.camera_fit import CameraFound
 from moireid.calibration.ink_reading import InkGrowth
 from moireid.calibration.sheet_reading import SheetReading
 from moireid.calibration.thickness import Thickness
-from moireid.designer.chart import ChartRequest, design_chart
+from moireid.designer.chart import design_chart
 from moireid.fabrication.page.chart_page import print_chart
 from moireid.profiles import LensProfile, lens_named, load_lens_profile
 from moireid.verifier.camera.known_camera import load_camera
@@ -24,7 +24,7 @@ FOUND = {"unit": "printed page", "bands": 21, "bands_used": 15}
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A folder with a photo that the reader takes for a sheet of 0.507 mm on a printer that widens lines by 41 um."""
     open_folder(tmp_path).save()
-    print_chart(design_chart(ChartRequest()), tmp_path)
+    print_chart(design_chart(), tmp_path)
     (tmp_path / "sheet-photo.jpg").write_text("a photo")
     profile = LensProfile("mine", lens_named("50lpi"), 2e-5, FOUND)
     reading = SheetReading(profile, InkGrowth(41.0, 4.0, "", 0.002, 1), None, "--distance")

@@ -8,14 +8,14 @@ import pytest
 from moireid.badge import Badge
 from moireid.calibration.bands import BandFit, read_bands
 from moireid.calibration.chart_reading import ChartView
-from moireid.designer.chart import ChartRequest, design_chart
+from moireid.designer.chart import design_chart
 
 PHASE, CAMERAS = 0.3, ((90.0, 60.0, -600.0), (120.0, 80.0, -640.0))
 
 
 @pytest.fixture(scope="module")
 def chart() -> Badge:
-    return design_chart(ChartRequest())
+    return design_chart()
 
 
 def views_of(chart: Badge, lens_per_mm: float, noise: float, rng: np.random.Generator) -> list[ChartView]:

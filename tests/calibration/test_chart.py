@@ -13,7 +13,7 @@ from PIL import Image
 from kit.programs import needs
 from moireid.badge import Badge, load_badge
 from moireid.calibration.chart_reading import printed_frequencies
-from moireid.designer.chart import STEP_LPI, ChartRequest, design_chart
+from moireid.designer.chart import STEP_LPI, design_chart
 from moireid.dots import line_edges_mm
 from moireid.errors import SpecError
 from moireid.fabrication.page.chart_page import JSON, PDF, print_chart
@@ -30,7 +30,7 @@ def page(path: Path) -> pdfium.PdfPage:
 @pytest.mark.parametrize(("lens", "paper", "steps"), SHEETS)
 def test_bands_are_a_tenth_of_a_line_apart_about_the_nominal_pitch(lens, paper, steps):
     """Catches: steps in mm instead of lines per inch, a nominal band off the middle, an order upside down."""
-    chart = design_chart(ChartRequest(lens=lens, paper=paper, steps=steps))
+    chart = design_chart(lens=lens, paper=paper, steps=steps)
     lines = np.array([25.4 / cell.pitch_mm for cell in chart.gratings[0].cells])
     assert len(lines) == 2 * steps + 1
     assert np.diff(lines) == pytest.approx(np.full(2 * steps, STEP_LPI), abs=1e-9)
@@ -39,7 +39,7 @@ def test_bands_are_a_tenth_of_a_line_apart_about_the_nominal_pitch(lens, paper, 
 
 def test_every_band_has_a_dark_line_on_the_common_middle():
     """Catches: edges aligned instead of lines, or bands that each begin at their own left end."""
-    chart = design_chart(ChartRequest())
+    chart = design_chart()
     grating = chart.gratings[0]
     middle = (grating.rect_mm[0] + grating.rect_mm[2]) / 2
     for cell in grating.cells:
@@ -49,7 +49,7 @@ def test_every_band_has_a_dark_line_on_the_common_middle():
 
 def test_charts_and_badges_are_distinguished_by_their_markers():
     """Catches: a badge, or the chart of another sheet, that is read as this chart."""
-    ids = [set(design_chart(ChartRequest(lens=lens)).markers.ids) for lens in ("40lpi", "50lpi", "60lpi", "75lpi")]
+    ids = [set(design_chart(lens=lens).markers.ids) for lens in ("40lpi", "50lpi", "60lpi", "75lpi")]
     together = set.union({0, 1, 2, 3}, *ids)
     assert len(together) == 20 and max(together) < 50
 
@@ -74,7 +74,7 @@ def middles_mm(row: np.ndarray, dot_mm: float) -> np.ndarray:
 def test_the_bands_are_painted_at_the_pitch_that_a_reader_takes_them_for(form, tmp_path):
     """Catches: bands drawn at another's pitch, realised pitches of the wrong sign, a page that is scaled."""
     dpi = 600
-    chart = design_chart(ChartRequest(printer_dpi=dpi, form=form, steps=4))
+    chart = design_chart(printer_dpi=dpi, form=form, steps=4)
     print_chart(chart, tmp_path)
     dark, dot = painted(tmp_path / PDF, dpi), 25.4 / dpi
     for cell, frequency in zip(chart.gratings[0].cells, printed_frequencies(chart), strict=True):
@@ -89,7 +89,7 @@ def test_the_bands_are_painted_at_the_pitch_that_a_reader_takes_them_for(form, t
 def test_the_description_reads_back_and_repeats(tmp_path):
     """Catches: figures that the schema refuses or JSON rounds; a date in the PDF; files written over unasked."""
     for lens, paper, steps in SHEETS:
-        chart: Badge = design_chart(ChartRequest(lens=lens, paper=paper, steps=steps))
+        chart: Badge = design_chart(lens=lens, paper=paper, steps=steps)
         print_chart(chart, tmp_path / lens, overwrite=True)
         assert load_badge(tmp_path / lens / JSON) == chart and chart.id is None
     before = (tmp_path / "60lpi" / PDF).read_bytes()

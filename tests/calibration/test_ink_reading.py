@@ -10,7 +10,7 @@ import pytest
 from moireid.badge import Badge
 from moireid.calibration.ink_reading import ink_growth
 from moireid.cli.printing.print_cmd import print_command
-from moireid.designer.chart import ChartRequest, design_chart
+from moireid.designer.chart import design_chart
 from moireid.fabrication.page.chart_page import PDF, print_chart
 from moireid.ink_strip import ink_patches, strip_rect_mm
 from moireid.profiles import PrinterProfile, load_printer_profile, save_printer_profile
@@ -33,7 +33,7 @@ CAMERAS = {
 
 @pytest.fixture(scope="module")
 def chart() -> Badge:
-    return design_chart(ChartRequest())
+    return design_chart()
 
 
 @pytest.mark.claim("The growth of ink is measured from a photograph")
@@ -70,7 +70,7 @@ def test_pictures_that_do_not_show_it_say_why(chart):
 @pytest.mark.parametrize(("dpi", "form"), [(600, "dots"), (1200, "dots"), (600, "vector")])
 def test_the_page_holds_the_strip_that_the_reader_expects(tmp_path, dpi, form):
     """Catches: another place, pitch or width on paper than in the reader; edges that dots round away."""
-    chart = design_chart(ChartRequest(printer_dpi=dpi, form=form))
+    chart = design_chart(printer_dpi=dpi, form=form)
     print_chart(chart, tmp_path)
     page = pdfium.PdfDocument(tmp_path / PDF)[0]
     scale = 40

@@ -10,7 +10,7 @@ from click.testing import CliRunner
 
 from moireid.calibration.thickness import Thickness, thickness_of_gain, with_thickness
 from moireid.cli.main import moireid
-from moireid.designer.chart import ChartRequest, design_chart
+from moireid.designer.chart import design_chart
 from moireid.fabrication.page.chart_page import JSON, print_chart
 from moireid.profiles import LensProfile, lens_named, load_lens_profile, save_lens_profile
 from moireid.sheets import effective_gap_mm, sheet_lens
@@ -19,7 +19,7 @@ from moireid.simulate import Build, Scene, film, motion_named
 
 def test_gain_and_thickness_are_each_other_s_inverse():
     """Catches: thickness in proportion to the gain, 5 % off for thin sheets; a thickness from an impossible gain."""
-    chart = design_chart(ChartRequest("75lpi"))
+    chart = design_chart("75lpi")
     pitch = chart.gratings[0].pitch_mm
     own = effective_gap_mm(chart.lens, pitch)
     for thickness in (0.457, 0.6, 0.67, 1.0):
@@ -41,7 +41,7 @@ def test_a_profile_of_a_thin_sheet_is_read_back(tmp_path):
 @pytest.mark.slow
 def test_a_film_of_the_chart_gives_the_sheet_s_thickness(tmp_path: Path):
     """Catches: the label's thickness kept; the design's gain expected of a sheet that is to be measured."""
-    chart = design_chart(ChartRequest("75lpi"))
+    chart = design_chart("75lpi")
     print_chart(chart, tmp_path)
     scene = Scene(chart, Build(thickness_ratio=0.457 / 0.67))
     film(scene, motion_named("handheld", distance_mm=1000.0, seed=1), tmp_path / "a.mp4", frames=120, fps=30.0, seed=1)

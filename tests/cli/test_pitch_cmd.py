@@ -11,7 +11,7 @@ from click.testing import CliRunner
 from PIL import Image
 
 from moireid.cli.main import moireid
-from moireid.designer.chart import ChartRequest, design_chart
+from moireid.designer.chart import design_chart
 from moireid.fabrication.page.chart_page import JSON, print_chart
 from moireid.profiles import lens_named
 from moireid_lab.bench.fabricate.calibration import STILL, PhotoCase, calibration_figures, photograph
@@ -23,7 +23,7 @@ CASE = PhotoCase("50lpi", lens_scale=1.0023, twist_deg=0.7, distance_m=0.9, asid
 def chart_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A chart as printed, and a photograph of it as a phone writes one."""
     folder = tmp_path_factory.mktemp("chart")
-    chart = design_chart(ChartRequest(lens=CASE.lens))
+    chart = design_chart(lens=CASE.lens)
     print_chart(chart, folder)
     picture = Image.fromarray(photograph(chart, CASE, 5))
     exif = Image.Exif()

@@ -52,7 +52,8 @@ ClaimContext = tuple[Question, LookUp]
 @contextmanager
 def claim_of_badge(badge: Badge | AnyPath, registry: Place, terms: AskingTerms) -> Iterator[ClaimContext]:
     """The badge itself; with a registry that holds it, the registry's own record of it."""
-    own = badge if isinstance(badge, Badge) else load_badge(badge)
+    # What it wears is of no use to the process that reads the film.
+    own = replace(badge, look=None) if isinstance(badge, Badge) else load_badge(badge)
     if registry is None:
         yield Question(own, own.id, provenance=FROM_FILE), lambda document: Circumstances(datetime.now(UTC))
         return

@@ -8,6 +8,7 @@ from contextlib import ExitStack
 from typing import Any
 
 from moireid.api.places import Place, opened
+from moireid.artwork.columns import kept_pictures
 from moireid.badge import Badge, load_badge
 from moireid.designer import Order
 from moireid.designer.formats import format_of
@@ -30,7 +31,7 @@ def design(name: str, *, registry: Place = None, **wish: Any) -> Badge:
         Draw an identity of 64 bits that no one in this registry holds; None for 128 bits, where the badge carries them.
     wish
         What else the badge is to be, as the fields of `moireid.Order`: format="a6", lens="62lpi-27mil", range_m=(0.5,
-        1.5), template="newsroom", lines=["Reporter"] and so on.  `print_badge` takes template and pictures too.
+        1.5), template="newsroom", lines=["Reporter"] and so on.
 
     Returns
     -------
@@ -94,9 +95,9 @@ def print_badge(
     mount_mm : mapping of str to float, optional
         Other dimensions of the mount, mm, by name, such as {"card_mm": 0.5}.
     template : str or Path, optional
-        As it was given to `design`.
+        Of a badge that was read from its file; one of `design` has its template and pictures.
     logo, portrait : str or Path, optional
-        Pictures on the badge.
+        Pictures on the badge, likewise.
     colour : str, optional
         The template's accent colour, as "#134e8c" or "teal".
     registry : Registry or str or Path, optional
@@ -151,13 +152,12 @@ def print_badge(
     with ExitStack() as stack:
         held = None if registry is None else stack.enter_context(opened(registry))
         return print_planned(
-            own,
+            package.badge,
             folder,
             parts=package.parts,
-            look=package.look,
             measured_scale=measured_scale,
             overwrite=overwrite,
-            kept=order.files if isinstance(badge, Badge) else [*order.files, badge],
+            kept=[*order.files, *kept_pictures([package.badge]), *([] if isinstance(badge, Badge) else [badge])],
             before_moving=None if held is None else lambda: held.enroll(own, expires=expires),
             progress=progress,
         )

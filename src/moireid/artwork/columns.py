@@ -28,24 +28,24 @@ def lines_in(cells: Mapping[str, str]) -> list[str]:
 
 def dressed(
     badge: Badge, cells: Mapping[str, str], look: Look | None, lines: Sequence[str], find: FindPicture
-) -> tuple[Badge, Look | None]:
-    """A badge of a list with its lines, and its look: that of the whole list, with its own pictures and colour.
+) -> Badge:
+    """A badge of a list with its lines and its look: that of the whole list, with its own pictures and colour.
 
     Parameters: look, lines: those of the whole list, used where a row has none; find: the file that a cell names.
     Raises: SpecError as `content_of`, `content.with_lines` and `find`.
     """
     badge = with_lines(badge, lines_in(cells) or lines)
     if look is None:
-        return badge, None
+        return badge
     logo, portrait = (find(what, cell) if (cell := cells.get(what)) else None for what in ("logo", "portrait"))
     mine, given = content_of(logo, portrait, cells.get("colour") or cells.get("color")), look.content
     content = Artwork(mine.logo or given.logo, mine.portrait or given.portrait, mine.colour or given.colour)
-    return badge, replace(look, content=content)
+    return replace(badge, look=replace(look, content=content))
 
 
-def kept_pictures(looks: Sequence[Look | None]) -> list[Path]:
+def kept_pictures(badges: Sequence[Badge]) -> list[Path]:
     """The files of all pictures, which nothing may replace."""
-    contents = [look.content for look in looks if look is not None]
+    contents = [badge.look.content for badge in badges if badge.look is not None]
     return list({path for content in contents for path in (content.logo, content.portrait) if path is not None})
 
 

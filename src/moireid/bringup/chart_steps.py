@@ -34,10 +34,10 @@ GOOD_PITCH_SD_SHARE, GOOD_INK_SD_UM = 5e-4, 8.0
 
 def print_charts(folder: BuildFolder, _: Progress | None) -> Reading:
     """Write the pitch test and the camera's chart."""
-    from moireid.designer.chart import ChartRequest, design_chart
+    from moireid.designer.chart import design_chart
 
     wish = folder.wish
-    chart = design_chart(ChartRequest(lens=wish.lens, printer_dpi=wish.printer_dpi, paper=wish.paper))
+    chart = design_chart(lens=wish.lens, printer_dpi=wish.printer_dpi, paper=wish.paper)
     print_chart(chart, folder.path, overwrite=True)
     print_camera_chart(folder.at(CAMERA_CHART), wish.paper, overwrite=True)
     return Reading()

@@ -83,11 +83,11 @@ def pitch_test_command(
     all dark from edge to edge is the one that matches. Then run `moireid calibrate` with the number of that band, or
     with a photo.
     """
-    from moireid.designer.chart import ChartRequest, design_chart
+    from moireid.designer.chart import design_chart
     from moireid.fabrication.page.chart_page import print_chart
     from moireid.sheets import MM_PER_INCH
 
-    chart = design_chart(ChartRequest(lens, printer_dpi, paper, distance, steps, form))
+    chart = design_chart(lens, printer_dpi=printer_dpi, paper=paper, distance_m=distance, steps=steps, form=form)
     files = print_chart(chart, folder, measured_scale=measured_scale, overwrite=overwrite)
     cells = chart.gratings[0].cells
     if as_json:

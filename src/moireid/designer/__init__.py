@@ -7,9 +7,7 @@ reach.py    the distances at which a board can be read, and a film judged; the l
 design.py   the choice of beat frequencies, and the Badge
 formats.py  sizes that holders are made for, each with its sheet and range
 explain.py  a designed badge in figures
-drawn.py    the badge with a given identity, or with a random one that no one else has
 list_table.py  a list as spreadsheets save it: encoding, separator, rows
-people.py   a list of people (CSV), and the badge of each
 chart.py    the pitch test sheet
 """
 
@@ -21,10 +19,9 @@ from moireid.designer.order import Order, payload_from_hex, random_payload
 from moireid.lazy import lazy
 
 if TYPE_CHECKING:
-    from moireid.designer.chart import ChartRequest, design_chart
+    from moireid.designer.chart import design_chart
 
 __all__ = [
-    "ChartRequest",
     "Order",
     "design_badge",
     "design_chart",
@@ -33,4 +30,4 @@ __all__ = [
     "random_payload",
 ]
 
-__getattr__ = lazy(__name__, {"ChartRequest": "chart", "design_chart": "chart"})
+__getattr__ = lazy(__name__, {"design_chart": "chart"})

@@ -8,7 +8,7 @@ Convention: bands are numbered from 1 at the top; printed lines per inch rise do
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 from moireid.badge import Badge, Cell, Grating, Lens, Markers, Rect
@@ -34,9 +34,16 @@ MIN_DOTS_PER_LINE = 1.5
 FIRST_ID, ID_GROUPS = 4, 11
 
 
-@dataclass(frozen=True)
-class ChartRequest:
-    """A wish for a pitch test sheet.
+def design_chart(
+    lens: str = "50lpi",
+    *,
+    printer_dpi: int = 1200,
+    paper: str = "a4",
+    distance_m: float = 1.0,
+    steps: int = 10,
+    form: str = "dots",
+) -> Badge:
+    """Design a pitch test sheet, whose bands show which pitch a lens sheet has.
 
     Parameters
     ----------
@@ -44,31 +51,14 @@ class ChartRequest:
         Label of a lens sheet such as "50lpi", or the path of a lens profile.
     printer_dpi : int
         Dots to the inch of the printer.
-    paper : str
-        "a4" or "letter".
+    paper : {"a4", "letter"}
+        The page.
     distance_m : float
         From where the sheet is to be read, m.
     steps : int
         Bands on each side of the nominal pitch.
     form : str
         Of the printed lines, one of `moireid.profiles.FORMS`.
-    """
-
-    lens: str = "50lpi"
-    printer_dpi: int = 1200
-    paper: str = "a4"
-    distance_m: float = 1.0
-    steps: int = 10
-    form: str = "dots"
-
-
-def design_chart(request: ChartRequest) -> Badge:
-    """Design a pitch test sheet, whose bands show which pitch a lens sheet has.
-
-    Parameters
-    ----------
-    request : ChartRequest
-        The sheet's nominal lens, the paper and the number of bands.
 
     Returns
     -------
@@ -88,24 +78,24 @@ def design_chart(request: ChartRequest) -> Badge:
     line centred on the field's middle.
     Source: the lenticular trade's chart; a band's pitch is 25.4 mm / (nominal lines per inch + k `STEP_LPI`).
     """
-    lens = lens_named(request.lens)
-    nominal_lpi = MM_PER_INCH / lens.pitch_mm
-    _check(request, lens)
-    page_mm = PAPERS_MM[request.paper]
-    count = 2 * request.steps + 1
-    band_mm = min(_room_mm(request.paper) / count, MAX_BAND_MM)
+    sheet = lens_named(lens)
+    nominal_lpi = MM_PER_INCH / sheet.pitch_mm
+    _check(sheet, printer_dpi, paper, steps)
+    page_mm = PAPERS_MM[paper]
+    count = 2 * steps + 1
+    band_mm = min(_room_mm(paper) / count, MAX_BAND_MM)
     around_mm = _around_mm()
     width, height = BOARD_WIDTH_MM, band_mm * count + 2 * around_mm
     x0, y0 = (page_mm[0] - width) / 2, (page_mm[1] - height) / 2
     board: Rect = (round(x0, 3), round(y0, 3), round(x0 + width, 3), round(y0 + height, 3))
     left, right = round((page_mm[0] - FIELD_MM) / 2, 3), round((page_mm[0] + FIELD_MM) / 2, 3)
     edges = [round(board[1] + around_mm + k * band_mm, 3) for k in range(count + 1)]
-    blank = Grating((left, edges[0], right, edges[-1]), "x", lens.pitch_mm, CHART_FAMILY, ())
+    blank = Grating((left, edges[0], right, edges[-1]), "x", sheet.pitch_mm, CHART_FAMILY, ())
     cells = tuple(
         line_up(
-            Cell((left, edges[k], right, edges[k + 1]), lens.pitch_mm, 0.0, DUTY),
+            Cell((left, edges[k], right, edges[k + 1]), sheet.pitch_mm, 0.0, DUTY),
             blank,
-            MM_PER_INCH / (nominal_lpi + (k - request.steps) * STEP_LPI),
+            MM_PER_INCH / (nominal_lpi + (k - steps) * STEP_LPI),
         )
         for k in range(count)
     )
@@ -113,36 +103,35 @@ def design_chart(request: ChartRequest) -> Badge:
         id=None,
         name=f"pitch test {nominal_lpi:.4g} LPI, {count} bands",
         page_mm=page_mm,
-        lens=lens,
+        lens=sheet,
         gratings=(replace(blank, cells=cells),),
         markers=_markers(board, nominal_lpi),
         board_mm=board,
-        range_m=(request.distance_m, request.distance_m),
+        range_m=(distance_m, distance_m),
         print={
-            "dpi": request.printer_dpi,
-            "paper": request.paper,
-            "form": request.form,
-            "lens": Path(request.lens).name,
+            "dpi": printer_dpi,
+            "paper": paper,
+            "form": form,
+            "lens": Path(lens).name,
             "step_lpi": STEP_LPI,
         },
     )
 
 
-def _check(request: ChartRequest, lens: Lens) -> None:
+def _check(lens: Lens, printer_dpi: int, paper: str, steps: int) -> None:
     """Check that the bands fit the paper, and that a line has enough dots."""
-    if request.paper not in PAPERS_MM:
-        raise DesignError(f"paper {request.paper!r} is not known; choose one of {', '.join(PAPERS_MM)}")
-    most = int((_room_mm(request.paper) / MIN_BAND_MM - 1) // 2)
-    if not 1 <= request.steps <= most:
+    if paper not in PAPERS_MM:
+        raise DesignError(f"paper {paper!r} is not known; choose one of {', '.join(PAPERS_MM)}")
+    most = int((_room_mm(paper) / MIN_BAND_MM - 1) // 2)
+    if not 1 <= steps <= most:
         raise DesignError(
-            f"{request.steps} steps on each side do not fit {request.paper} in bands of {MIN_BAND_MM:g} mm; "
-            f"give 1 to {most}",
+            f"{steps} steps on each side do not fit {paper} in bands of {MIN_BAND_MM:g} mm; give 1 to {most}",
             most_steps=most,
         )
-    dots = lens.pitch_mm * DUTY / Printer(request.printer_dpi).dot_mm
+    dots = lens.pitch_mm * DUTY / Printer(printer_dpi).dot_mm
     if dots < MIN_DOTS_PER_LINE:
         raise DesignError(
-            f"at {request.printer_dpi} dpi a line of {lens.pitch_mm * DUTY:.3f} mm is {dots:.1f} dots wide, fewer than "
+            f"at {printer_dpi} dpi a line of {lens.pitch_mm * DUTY:.3f} mm is {dots:.1f} dots wide, fewer than "
             f"{MIN_DOTS_PER_LINE:g}; print at 300 dpi or more, or take a coarser lens"
         )
 

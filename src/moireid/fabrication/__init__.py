@@ -24,7 +24,6 @@ from typing import TYPE_CHECKING
 from moireid.lazy import lazy
 
 if TYPE_CHECKING:
-    from moireid.fabrication.event import Event as Event
     from moireid.fabrication.event import print_event as print_event
     from moireid.fabrication.package import PrintResult as PrintResult
     from moireid.fabrication.package import print_badge as print_badge
@@ -32,7 +31,6 @@ if TYPE_CHECKING:
     from moireid.fabrication.solid_parts import mount_solids as mount_solids
 
 HOMES = {
-    "Event": "event",
     "PrintResult": "package",
     "mount_solids": "solid_parts",
     "print_badge": "package",

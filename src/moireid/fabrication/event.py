@@ -16,19 +16,17 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
-from dataclasses import dataclass
 from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
-from moireid.artwork.placing import Look
 from moireid.badge import Badge, Rect
 from moireid.errors import FabricationError
 from moireid.fabrication.assembly.assembly_words import Maker
 from moireid.fabrication.assembly.guide import DrawnMounts
 from moireid.fabrication.mount_parts import Parts, plan_parts, shape_parts, write_parts
-from moireid.fabrication.package import file_names, leftover_parts, made_aside, write_sheets
+from moireid.fabrication.package import PrintResult, file_names, leftover_parts, made_aside, write_sheets
 from moireid.fabrication.page.canvas import PdfPage
 from moireid.fabrication.page.marks import marks
 from moireid.fabrication.page.pdf import CROP_GAP_MM, draw_board, draw_mask, draw_scale_bars
@@ -47,46 +45,6 @@ SUMMARY, SHEETS = "summary.csv", "badges.pdf"
 _MOST_LETTERS = 40
 #: Starting another process takes as long as some badges.
 LEAST_SHARED = 12
-
-
-@dataclass(frozen=True)
-class Event:
-    """What `print_event` wrote.
-
-    Attributes
-    ----------
-    sheets : Path
-        The PDF with all boards.
-    sheet_count : int
-        Number of sheets in it.
-    boards_to_a_sheet : int
-        Boards on a full sheet.
-    summary : Path
-        The list of all badges.
-    folders : tuple of Path
-        One for each person, in the order of the badges.
-    mount : dict of str to Path
-        The mount's files by name, one set for all.
-    mount_mass_g : float or None
-        Mass of the printed mount, g; None without one.
-    mount_figures : dict of str to float
-        The mount's other figures; units are in their names.
-    left_out : dict of str to str
-        Why "printed" or "acrylic" was not made, though a mount was asked for.
-    removed : tuple of Path
-        Files of an older event's mount that this event does not have.
-    """
-
-    sheets: Path
-    sheet_count: int
-    boards_to_a_sheet: int
-    summary: Path
-    folders: tuple[Path, ...]
-    mount: dict[str, Path]
-    mount_mass_g: float | None
-    mount_figures: dict[str, float]
-    left_out: dict[str, str]
-    removed: tuple[Path, ...]
 
 
 def places_mm(badge: Badge) -> list[tuple[float, float]]:
@@ -119,7 +77,6 @@ def write_sheets_pdf(
     path: Path,
     *,
     measured_scale: tuple[float, float] = (1.0, 1.0),
-    looks: Sequence[Look | None] | None = None,
 ) -> tuple[int, int]:
     """Write all boards on as few sheets as they need, whole or not at all.
 
@@ -129,8 +86,6 @@ def write_sheets_pdf(
         One or more, of one layout.
     measured_scale : (float, float)
         As for `pdf.write_badge_pdf`.
-    looks : sequence of Look or None, optional
-        Artwork of each badge.
 
     Returns
     -------
@@ -157,7 +112,7 @@ def write_sheets_pdf(
             if number and number % len(places) == 0:
                 sheet.canvas.showPage()
             sheet.origin_mm = (place[0] - badge.outline_mm[0], place[1] - badge.outline_mm[1])
-            draw_board(sheet, badge, form, dot_mm, block, marks(badge, looks[number] if looks else None), MARK_MM)
+            draw_board(sheet, badge, form, dot_mm, block, marks(badge), MARK_MM)
             if number % len(places) == 0:
                 sheet.origin_mm = (0.0, 0.0)
                 draw_scale_bars(sheet, block)
@@ -177,14 +132,13 @@ def print_event(
     mount: str = "none",
     figures: MountFigures | None = None,
     parts: Parts | None = None,
-    looks: Sequence[Look | None] | None = None,
     overwrite: bool = False,
     maker: Maker = "command",
     kept: Sequence[AnyPath] = (),
     before_moving: Callable[[], object] | None = None,
     progress: Callable[[int, int], None] | None = None,
     processes: int = 1,
-) -> Event:
+) -> PrintResult:
     """Write sheets, summary, a folder for each person, and one set of a mount's files for all into a folder.
 
     Parameters
@@ -201,8 +155,6 @@ def print_event(
         Of printer and laser; None for the defaults.
     parts : Parts, optional
         The mounts as they were planned already; `mount` and `figures` then count no more.
-    looks : sequence of Look or None, optional
-        Artwork of each badge, in the order of the badges; None for name, lines and id alone.
     overwrite : bool
         Replace older files, and remove those of a mount that this event does not have.
     maker : str
@@ -218,7 +170,7 @@ def print_event(
 
     Returns
     -------
-    Event
+    PrintResult
         The files.
 
     Raises
@@ -239,30 +191,16 @@ def print_event(
         # The mount is the same for all, and so are its views.
         solids = shape_parts(badges[0], parts)
         work = partial(_write_person, parts=parts, drawn=solids.drawn, measured_scale=measured_scale, maker=maker)
-        worn = looks or [None] * len(badges)
-        with _shared(work, badges, [aside / name for name in names], worn, processes) as people_made:
+        with _shared(work, badges, [aside / name for name in names], processes) as people_made:
             mass_g, mount_figures = write_parts(badges[0], parts, aside, lambda file: None, solids)
-            sheet_count, to_a_sheet = write_sheets_pdf(
-                badges, aside / SHEETS, measured_scale=measured_scale, looks=looks
-            )
+            sheet_count, to_a_sheet = write_sheets_pdf(badges, aside / SHEETS, measured_scale=measured_scale)
             for done, _ in enumerate(people_made, start=1):
                 if progress:
                     progress(done, len(badges))
         write_text(aside / SUMMARY, _summary(names, badges, parts))
+    files_made = {name: folder / name for name in (SHEETS, SUMMARY, *parts.files)}
     folders = tuple(folder / name for name in names)
-    made = {name: folder / name for name in parts.files}
-    return Event(
-        folder / SHEETS,
-        sheet_count,
-        to_a_sheet,
-        folder / SUMMARY,
-        folders,
-        made,
-        mass_g,
-        mount_figures,
-        parts.left_out,
-        stale,
-    )
+    return PrintResult(files_made, mass_g, mount_figures, parts.left_out, stale, folders, sheet_count, to_a_sheet)
 
 
 def event_files(badges: Sequence[Badge], parts: Parts) -> list[str]:
@@ -279,24 +217,20 @@ def _folders(badges: Sequence[Badge]) -> list[str]:
 def _write_person(
     badge: Badge,
     folder: Path,
-    look: Look | None,
     parts: Parts,
     drawn: DrawnMounts,
     measured_scale: tuple[float, float],
     maker: Maker,
 ) -> None:
     folder.mkdir()
-    write_sheets(
-        badge, folder, parts, drawn, measured_scale=measured_scale, say=lambda file: None, maker=maker, look=look
-    )
+    write_sheets(badge, folder, parts, drawn, measured_scale=measured_scale, say=lambda file: None, maker=maker)
 
 
 @contextmanager
 def _shared(
-    work: Callable[[Badge, Path, Look | None], None],
+    work: Callable[[Badge, Path], None],
     badges: Sequence[Badge],
     folders: Sequence[Path],
-    looks: Sequence[Look | None],
     processes: int,
 ) -> Iterator[Iterator[None]]:
     """Run the work for each badge in several processes while the `with` body runs; they end with the body.
@@ -304,13 +238,13 @@ def _shared(
     Raises: FabricationError where a process was killed.
     """
     if processes < 2 or len(badges) < LEAST_SHARED:
-        yield map(work, badges, folders, looks)
+        yield map(work, badges, folders)
         return
     # Spawned, because a fork would copy the locks of other threads.  Only the parent handles an interrupt.
     begin: dict[str, Any] = {"initializer": signal.signal, "initargs": (signal.SIGINT, signal.SIG_IGN)}
     pool = ProcessPoolExecutor(processes, mp_context=get_context("spawn"), **begin)
     try:
-        yield pool.map(work, badges, folders, looks, chunksize=4)
+        yield pool.map(work, badges, folders, chunksize=4)
     except BrokenProcessPool as error:
         raise FabricationError(
             "a process that made badges was ended from outside; nothing was kept: run the command again, with more "

@@ -6,11 +6,10 @@ import json
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from moireid.artwork.placing import Look
 from moireid.badge import Badge
 from moireid.dots import on_dots
 from moireid.fabrication.assembly.assembly_words import BuildPlan, Maker
@@ -42,12 +41,12 @@ PART_FILES = (*PRINTED_FILES, *ACRYLIC_FILES, GLB_FILE)
 
 @dataclass(frozen=True)
 class PrintResult:
-    """What `print_badge` wrote.
+    """What `print_badge` or `print_event` wrote.
 
     Attributes
     ----------
     files : dict of str to Path
-        The files by name.
+        The files by name; of an event those for all people.
     mount_mass_g : float or None
         Mass of the printed mount, g; None without one.
     mount_figures : dict of str to float
@@ -56,13 +55,30 @@ class PrintResult:
         Why "printed" or "acrylic" was not made, though a mount was asked for.
     removed : tuple of Path
         Files of an older badge's mount that this badge does not have.
+    folders : tuple of Path
+        Of an event: one for each person, in the order of the badges.
+    sheets, boards_to_a_sheet : int
+        Of an event: number of sheets, and of boards on a full one.
     """
 
     files: dict[str, Path]
     mount_mass_g: float | None
-    mount_figures: dict[str, float] = field(default_factory=dict)
-    left_out: dict[str, str] = field(default_factory=dict)
-    removed: tuple[Path, ...] = ()
+    mount_figures: dict[str, float]
+    left_out: dict[str, str]
+    removed: tuple[Path, ...]
+    folders: tuple[Path, ...] = ()
+    sheets: int = 0
+    boards_to_a_sheet: int = 0
+
+    def to_json(self) -> dict[str, Any]:
+        """What commands say of it as JSON: files, and what became of the mount."""
+        return {
+            "files": {name: str(path) for name, path in self.files.items()},
+            "mount_mass_g": self.mount_mass_g,
+            "mount_figures": self.mount_figures,
+            "left_out": self.left_out,
+            "removed": [str(path) for path in self.removed],
+        }
 
 
 def print_badge(
@@ -73,7 +89,6 @@ def print_badge(
     measured_scale: tuple[float, float] = (1.0, 1.0),
     figures: MountFigures | None = None,
     parts: Parts | None = None,
-    look: Look | None = None,
     overwrite: bool = False,
     maker: Maker = "command",
     kept: Sequence[AnyPath] = (),
@@ -96,8 +111,6 @@ def print_badge(
         Of printer and laser; None for the defaults.
     parts : Parts, optional
         The mounts as they were planned already; `mount` and `figures` then count no more.
-    look : Look, optional
-        The badge's artwork; None for name, lines and id alone.
     overwrite : bool
         Replace older files, and remove those of a mount that this badge does not have.
     maker : str
@@ -135,7 +148,7 @@ def print_badge(
     # badge.json goes last, so that where it exists all other files exist too.
     with made_aside(folder, names, stale, overwrite=overwrite, kept=kept, before_moving=before_moving) as aside:
         solids = shape_parts(badge, parts)
-        how: dict[str, Any] = {"measured_scale": measured_scale, "say": say, "maker": maker, "look": look}
+        how: dict[str, Any] = {"measured_scale": measured_scale, "say": say, "maker": maker}
         picture = write_sheets(badge, aside, parts, solids.drawn, **how)
         mass_g, mount_figures = write_parts(badge, parts, aside, say, solids, picture)
     return PrintResult({name: folder / name for name in names}, mass_g, mount_figures, parts.left_out, stale)
@@ -188,18 +201,17 @@ def write_sheets(
     measured_scale: tuple[float, float],
     say: Callable[[str], None],
     maker: Maker,
-    look: Look | None = None,
 ) -> Image.Image:
     """Write a badge's page, previews, assembly sheet and badge.json; drawn: as `shape_parts` gives it.
 
     Returns: the board as it was drawn.
     """
     say("badge.pdf")
-    write_badge_pdf(badge, folder / "badge.pdf", measured_scale=measured_scale, look=look)
+    write_badge_pdf(badge, folder / "badge.pdf", measured_scale=measured_scale)
     say("preview.png")
-    preview = write_preview(badge, folder / "preview.png", look)
+    preview = write_preview(badge, folder / "preview.png")
     say(MOVING)
-    write_worn(badge, folder / MOVING, look, preview)
+    write_worn(badge, folder / MOVING, preview)
     say("assembly.pdf")
     build = BuildPlan(badge, parts.printed, parts.acrylic, parts.figures, maker, parts.mount_plan)
     write_assembly_pdf(build, folder / "assembly.pdf", drawn)

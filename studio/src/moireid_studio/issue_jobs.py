@@ -39,7 +39,7 @@ def start_badge(studio: Studio, order: VisitorOrder, visitor: Visitor, pictures:
 
     Raises: Refusal 503 where too many wait, or it cannot be stored.
     """
-    return _start(studio, "badge", visitor, order.name, ORDER, ORDERS.dump_json(order), pictures)
+    return _start(studio, "badge", visitor, order.name, ORDER, ORDERS.dump_json(order, exclude_defaults=True), pictures)
 
 
 def start_event(
@@ -50,7 +50,14 @@ def start_event(
     Raises: Refusal 503 where too many wait, or it cannot be stored.
     """
     return _start(
-        studio, "event", visitor, "an event", PEOPLE, people_csv, pictures, order=ORDERS.dump_python(order, mode="json")
+        studio,
+        "event",
+        visitor,
+        "an event",
+        PEOPLE,
+        people_csv,
+        pictures,
+        order=ORDERS.dump_python(order, mode="json", exclude_defaults=True),
     )
 
 

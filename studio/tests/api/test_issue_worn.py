@@ -117,9 +117,10 @@ def test_pictures_lines_and_colour_reach_the_print_from_the_form(visit: Visit) -
 @pytest.mark.parametrize(
     ("fields", "arguments"),
     [
-        ({"format": "cr80"}, ["--format", "cr80"]),
-        ({"format": "a6", "orientation": "portrait"}, ["--format", "a6", "--orientation", "portrait"]),
-        ({"format": "a7", "markers": "frame"}, ["--format", "a7", "--markers", "frame"]),
+        (
+            {"format": "a6", "orientation": "portrait", "markers": "frame"},
+            ["--format", "a6", "--orientation", "portrait", "--markers", "frame"],
+        ),
         (
             {"format": "webcam", "colour": "teal", "lines": "Guest"},
             ["--format", "webcam", "--colour", "teal", "--line", "Guest"],

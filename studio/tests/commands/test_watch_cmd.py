@@ -13,7 +13,6 @@ import pytest
 
 from kit.places import FILMS
 from kit.streams import pictures, write_stream
-from moireid.verifier.report.live_receipt import film_asked, receipt_of
 
 BADGE = ["--badge", str(FILMS / "badge.json")]
 PROGRAM = [str(Path(sys.executable).parent / "moireid"), "watch"]

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
-from pathlib import Path
 from typing import Any
 
 import msgspec
@@ -12,14 +10,6 @@ import pytest
 
 from moireid.errors import SpecError
 from moireid.provenance import Standing
-from moireid.verifier.report.live_receipt import (
-    MOST_BYTES,
-    FilmAsked,
-    LiveReceipt,
-    attached,
-    load_receipt,
-    receipt_of,
-)
 from moireid.verifier.report.live_receipt import (
     FilmAsked,
     LiveReceipt,

@@ -15,7 +15,7 @@ from moireid.errors import SpecError
 if TYPE_CHECKING:
     from moireid.badge import Badge
     from moireid.designer import Order
-    from moireid.fabrication import Event
+    from moireid.fabrication import PrintResult
 
 #: So many rows' faults are shown at once.
 SHOWN = 10
@@ -36,6 +36,7 @@ def print_people(
     from moireid.fabrication.event import event_files, print_event
     from moireid.files import MOST_TABLE_BYTES, planned, read_regular
     from moireid.issuing import choose_parts
+    from moireid.names import line_of
     from moireid.people import plan_people
 
     try:
@@ -47,10 +48,10 @@ def print_people(
             data, order, files_below(people_csv.parent), source=str(people_csv), holder_of=holder_of
         )
     _check_rows([row.fault for row in rows if row.fault], people_csv, said)
-    badges, looks = [row.badge for row in rows if row.badge is not None], [row.look for row in rows]
+    badges = [row.badge for row in rows if row.badge is not None]
     # A board of no format has the mount that was asked for, or none.
     parts, _ = choose_parts(badges[0], replace(order, format=None, mount=order.mount or "none"))
-    kept = [people_csv, *order.files, *kept_pictures(looks)]
+    kept = [people_csv, *order.files, *kept_pictures(badges)]
     if registry_url is not None:
         files = [folder / name for name in event_files(badges, parts)]
         planned(files, overwrite=how["overwrite"], make_folders=False, kept=kept)
@@ -65,7 +66,6 @@ def print_people(
                 badges,
                 folder,
                 parts=parts,
-                looks=looks,
                 kept=kept,
                 before_moving=(
                     (lambda: registry.enroll_many(badges, warned=True, expires=expires)) if registry else None
@@ -75,7 +75,18 @@ def print_people(
                 **how,
             )
     report_mount(event.left_out, event.removed)
-    document = _document(event, badges, notes) | {"issued": registry is not None}
+    people = [
+        {"name": badge.name, "line": line_of(badge.print), "id": badge.id, "folder": str(place)}
+        for badge, place in zip(badges, event.folders, strict=True)
+    ]
+    document = {
+        "people": people,
+        "sheets": event.sheets,
+        "boards_to_a_sheet": event.boards_to_a_sheet,
+        "issued": registry is not None,
+        "notes": notes,
+        **event.to_json(),
+    }
     return document, _summary(event, badges), explain(badges[0])
 
 
@@ -96,40 +107,19 @@ def _check_rows(faults: Sequence[str], path: Path, notes: Sequence[str]) -> None
         raise SpecError(f"{len(faults)} rows of {path.name} cannot be printed, and nothing was made; correct them")
 
 
-def _document(event: Event, badges: Sequence[Badge], notes: list[str]) -> dict[str, Any]:
-    """What `--json` prints, without whether the badges were issued."""
-    from moireid.names import line_of
-
-    people = [
-        {"name": badge.name, "line": line_of(badge.print), "id": badge.id, "folder": str(place)}
-        for badge, place in zip(badges, event.folders, strict=True)
-    ]
-    files = {"badges.pdf": str(event.sheets), "summary.csv": str(event.summary)}
-    return {
-        "mount_mass_g": event.mount_mass_g,
-        "mount_figures": event.mount_figures,
-        "left_out": event.left_out,
-        "removed": [str(path) for path in event.removed],
-        "people": people,
-        "files": files | {name: str(path) for name, path in event.mount.items()},
-        "notes": notes,
-        "sheets": event.sheet_count,
-        "boards_to_a_sheet": event.boards_to_a_sheet,
-    }
-
-
-def _summary(event: Event, badges: Sequence[Badge]) -> list[str]:
+def _summary(event: PrintResult, badges: Sequence[Badge]) -> list[str]:
     """What was made, and what to do with it."""
     from moireid.fabrication.shopping.shopping_list import front_words
 
     count, alone = len(badges), len(badges) == 1
-    sheets, most = counted(event.sheet_count, "sheet"), event.boards_to_a_sheet
+    sheets, most = counted(event.sheets, "sheet"), event.boards_to_a_sheet
     folders = "" if alone else " and so on, a folder for each person"
     lines = [f"{counted(count, 'badge')} on {sheets}" + (":" if alone else f", {most} to a sheet:")]
-    lines += [f"  {line}" for line in (event.sheets, event.summary, f"{event.folders[0]}{folders}")]
-    if event.mount:
+    sheets_file, summary, *mount = event.files.values()
+    lines += [f"  {line}" for line in (sheets_file, summary, f"{event.folders[0]}{folders}")]
+    if mount:
         lines.append("The mount:" if alone else f"One mount for all, to be made {count} times:")
-        lines += [f"  {path}" for path in event.mount.values()]
+        lines += [f"  {path}" for path in mount]
     if badges[0].lens.kind == "mask":
         times = "once" if alone else f"{count} times"
         lines.append(f"The last page of badges.pdf is the mask: print it {times}, on clear film.")

@@ -157,7 +157,6 @@ def print_one(
                 badge,
                 folder,
                 parts=package.parts,
-                look=package.look,
                 kept=order.files,
                 before_moving=(lambda: registry.enroll(badge, warned=True, expires=expires)) if registry else None,
                 progress=lambda file: show(f"making {file}"),
@@ -171,12 +170,8 @@ def print_one(
     document = {
         "id": badge.id,
         "name": badge.name,
-        "files": {name: str(path) for name, path in printed.files.items()},
         "issued": registry is not None,
         "notes": notes,
-        "mount_mass_g": printed.mount_mass_g,
-        "mount_figures": printed.mount_figures,
-        "left_out": printed.left_out,
-        "removed": [str(path) for path in printed.removed],
+        **printed.to_json(),
     }
     return document, lines, explain(badge)

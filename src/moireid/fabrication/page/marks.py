@@ -62,14 +62,13 @@ class Pasted:
 Mark = Fill | Row | Pasted
 
 
-def marks(badge: Badge, look: Look | None = None) -> list[Mark]:
+def marks(badge: Badge) -> list[Mark]:
     """All that the board shows besides its lines, in the order in which it is drawn.
 
-    Parameters: look: the badge's artwork; None for the plain one, or for name and id alone where there are no lines.
     Raises: FabricationError for a name of which nothing can be printed; SpecError as `pieces_of` and `set_words`.
     """
     found = marker_marks(badge)
-    worn = look_of(badge, look)
+    worn = look_of(badge)
     if worn is None:
         return found + [Row(row) for row in _name_and_id(badge)]
     return found + [mark for piece in pieces_of(badge, worn) for mark in _marks_of(badge, piece)]
@@ -121,19 +120,21 @@ def paint_marks(picture: Image.Image, found: Iterable[Mark], corner_mm: Point, p
             picture.paste(fitted, (x0, y0), fitted)
 
 
-def look_of(badge: Badge, look: Look | None) -> Look | None:
-    """The look, the plain one for a badge with lines and no look, and None for one of name and id alone."""
-    return Look(template_named("plain"), Artwork()) if look is None and lines_of(badge) else look
+def look_of(badge: Badge) -> Look | None:
+    """The badge's look, the plain one for a badge with lines and no look, and None for one of name and id alone."""
+    plain = badge.look is None and lines_of(badge)
+    look: Look | None = Look(template_named("plain"), Artwork()) if plain else badge.look
+    return look
 
 
-def check_look(badge: Badge, look: Look | None) -> None:
+def check_look(badge: Badge) -> None:
     """Check before anything is made that all pieces have room, and that none is taken for a marker.
 
     Raises: SpecError as `pieces_of` and `set_words`, and for a picture that holds a marker of the badge's kind.
     """
-    if look_of(badge, look) is None:
+    if look_of(badge) is None:
         return
-    for mark in marks(badge, look):
+    for mark in marks(badge):
         if isinstance(mark, Pasted) and _holds_marker(badge, mark.picture):
             raise SpecError(
                 "the logo or portrait shows a square that is read as a marker, so the badge would not be found; take "
@@ -141,9 +142,9 @@ def check_look(badge: Badge, look: Look | None) -> None:
             )
 
 
-def look_notes(badge: Badge, look: Look | None) -> list[str]:
+def look_notes(badge: Badge) -> list[str]:
     """One sentence for each given thing that is not printed: letters of lines, and what the template leaves out."""
-    worn = look_of(badge, look)
+    worn = look_of(badge)
     if worn is None:
         return []
     lines = [line_note(line) for line in lines_of(badge)]

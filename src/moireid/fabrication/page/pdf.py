@@ -19,7 +19,6 @@ from collections.abc import Callable, Iterable
 
 import numpy as np
 
-from moireid.artwork.placing import Look
 from moireid.badge import Badge, Cell, Grating, Lens, Rect
 from moireid.dots import INSET_DOTS, ink_growth_mm, nearest_dot
 from moireid.errors import SpecError
@@ -107,7 +106,6 @@ def write_badge_pdf(
     *,
     form: str | None = None,
     measured_scale: tuple[float, float] = (1.0, 1.0),
-    look: Look | None = None,
     write_words: Callable[[PdfPage, Badge], None] | None = None,
 ) -> None:
     """Write the badge's page, whole or not at all; page 1 is the badge at true scale.
@@ -123,8 +121,6 @@ def write_badge_pdf(
     measured_scale : (float, float)
         Measured size over true size of an earlier print, along x and y.  The page is drawn at the
         inverse scale, so that it is printed at true size.
-    look : Look, optional
-        The badge's artwork; None for name, lines and id alone.
     write_words : callable, optional
         Writes all words on the board, in place of artwork, name and id.
 
@@ -151,7 +147,7 @@ def write_badge_pdf(
         (x0, y0), (x1, y1) = sheet.place(board[0], board[1]), sheet.place(board[2], board[3])
         trim_mm = (x0, sheet.height_mm - y1, x1, sheet.height_mm - y0)
         sheet.canvas.setTrimBox([v * POINTS_PER_MM for v in trim_mm])
-        draw_board(sheet, badge, form, dot_mm, board, marker_marks(badge) if write_words else marks(badge, look))
+        draw_board(sheet, badge, form, dot_mm, board, marker_marks(badge) if write_words else marks(badge))
         if write_words:
             write_words(sheet, badge)
         draw_scale_bars(sheet, board)

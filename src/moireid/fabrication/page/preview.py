@@ -17,7 +17,6 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageChops, ImageDraw, ImageFilter
 
-from moireid.artwork.placing import Look
 from moireid.badge import Badge, Cell, Grating, Lens, Rect
 from moireid.fabrication.page.marks import INK, PAPER, look_of, marks, paint_marks
 from moireid.files import whole_file
@@ -42,20 +41,20 @@ def view_mm(badge: Badge) -> float:
     return 500 * (near_m + far_m)
 
 
-def write_preview(badge: Badge, path: Path, look: Look | None = None) -> Image.Image:
+def write_preview(badge: Badge, path: Path) -> Image.Image:
     """Draw the board and write it as PNG, whole or not at all.  Returns: what was drawn."""
-    board = draw_preview(badge, look)
+    board = draw_preview(badge)
     with whole_file(path) as temporary:
         board.save(temporary, format="PNG")
     return board
 
 
-def draw_preview(badge: Badge, look: Look | None = None) -> Image.Image:
+def draw_preview(badge: Badge) -> Image.Image:
     """The board, `PX_PER_MM` pixels to the millimetre: grey with name and id, or in colour with its artwork."""
     (picture,) = draw_fringes(badge)
-    if look_of(badge, look) is not None:
+    if look_of(badge) is not None:
         picture = picture.convert("RGB")
-    paint_marks(picture, marks(badge, look), badge.outline_mm[:2], PX_PER_MM)
+    paint_marks(picture, marks(badge), badge.outline_mm[:2], PX_PER_MM)
     return picture
 
 
@@ -207,12 +206,12 @@ CLOTH, CORD, SHADOW = (203, 208, 214), (58, 66, 76), (150, 156, 164)
 ROOM_MM, ABOVE_MM, CORD_MM, CLIP_MM = 9.0, 22.0, 9.0, (13.0, 4.0)
 
 
-def write_worn(badge: Badge, path: Path, look: Look | None = None, board: Image.Image | None = None) -> None:
+def write_worn(badge: Badge, path: Path, board: Image.Image | None = None) -> None:
     """Draw the moving preview and write it as animated WebP, whole or not at all; board: as for `draw_worn`."""
     # Pillow would else import all of its formats.
     from PIL import WebPImagePlugin  # noqa: F401
 
-    frames = draw_worn(badge, look, board=board)
+    frames = draw_worn(badge, board=board)
     with whole_file(path) as temporary:
         first, *others = frames
         first.save(
@@ -227,17 +226,15 @@ def write_worn(badge: Badge, path: Path, look: Look | None = None, board: Image.
         )
 
 
-def draw_worn(
-    badge: Badge, look: Look | None = None, frames: int = FRAMES, board: Image.Image | None = None
-) -> list[Image.Image]:
+def draw_worn(badge: Badge, frames: int = FRAMES, board: Image.Image | None = None) -> list[Image.Image]:
     """One swing of the camera to both sides and back, in colour; board: as `draw_preview` drew it, None to draw it."""
-    whole = (board or draw_preview(badge, look)).convert("RGB")
+    whole = (board or draw_preview(badge)).convert("RGB")
     scale = min(1.0, LONGER_PX / max(whole.size))
     size = (round(whole.width * scale), round(whole.height * scale))
     px_per_mm = PX_PER_MM * scale
     fields = _fields(badge, size, px_per_mm)
     still = whole.resize(size, Image.Resampling.LANCZOS)
-    cut = _cut_out(size, (look.corner_mm if look else 0.0) * px_per_mm)
+    cut = _cut_out(size, (badge.look.corner_mm if badge.look else 0.0) * px_per_mm)
     ground, corner = _ground(size, px_per_mm, cut)
     swing = [round(SWING * view_mm(badge) * math.sin(2 * math.pi * k / frames), 6) for k in range(frames)]
     # On the way back the camera passes the same places.

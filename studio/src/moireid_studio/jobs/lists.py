@@ -119,7 +119,7 @@ def _row(one: PersonRow, registry: Registry, alike: list[str]) -> dict[str, Any]
     notes += _namesakes(badge, registry) if badge is not None else []
     if one.holder is not None:
         notes.append(f"issued already on {one.holder.issued_at[:10]}; its files are made again")
-    worn = set(NAMED) if badge is None or one.look is None else shown_pieces(badge, one.look)
+    worn = set(NAMED) if badge is None or badge.look is None else shown_pieces(badge, badge.look)
     line = next(iter(lines_in(one.cells)), None) if badge is None else line_of(badge.print)
     return {
         "row": one.row,

@@ -7,7 +7,7 @@ names a file of the server: sheets and templates are those that come with the pr
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
@@ -16,6 +16,7 @@ from pydantic import ConfigDict, Field, TypeAdapter, ValidationError
 from moireid.artwork.template import TEMPLATES
 from moireid.designer import Order, explain
 from moireid.designer.formats import FORMATS, format_named
+from moireid.designer.order import MountFigure
 from moireid.designer.reach import LinkBudget, link_budgets
 from moireid.errors import SpecError
 from moireid.issuing import Package, plan_badge
@@ -38,11 +39,18 @@ Millimetres = Annotated[float, Field(gt=0, le=1000, allow_inf_nan=False)]
 PAIRS = {"range_m": ("near_m", "far_m"), "size_mm": ("width_mm", "height_mm")}
 
 
+def _without_ours(schema: dict[str, Any]) -> None:
+    """Leave out of the schema what no visitor chooses."""
+    for one in fields(VisitorOrder):
+        if not one.init:
+            del schema["properties"][one.name]
+
+
 @dataclass(frozen=True)
 class VisitorOrder(Order):
     """An order for one badge, or for all of a list; the fields of `moireid.Order`, and what is left out is as there."""
 
-    __pydantic_config__: ClassVar = ConfigDict(extra="forbid", ser_json_bytes="hex")
+    __pydantic_config__: ClassVar = ConfigDict(extra="forbid", ser_json_bytes="hex", json_schema_extra=_without_ours)
 
     name: Annotated[str, Field(max_length=2000)]
     format: FormatName | None = None
@@ -60,6 +68,15 @@ class VisitorOrder(Order):
     colour: Annotated[str, Field(max_length=100)] | None = None
     payload: Annotated[str, Field(max_length=200)] | bytes | None = None
     mount: Mount | None = None
+    # These are no visitor's to choose.
+    ink_growth_um: float = field(default=0.0, init=False)
+    code: str | None = field(default=None, init=False)
+    form: str = field(default="dots", init=False)
+    front: str = field(default="lens", init=False)
+    pattern: str | None = field(default=None, init=False)
+    head: float = field(default=0.0, init=False)
+    foot: float = field(default=0.0, init=False)
+    mount_mm: Mapping[str, MountFigure] = field(default_factory=dict, init=False)
 
     def with_files(self, pictures: Mapping[str, Path]) -> Order:
         """The library's order; pictures: files of ours, by "logo" and "portrait"."""

@@ -158,7 +158,7 @@ def _issue(request: Request, sent: Fields, visitor: Visitor) -> Response:
 def _picture(plan: Package) -> str:
     """The badge with all that it wears, as the address of a picture."""
     made = io.BytesIO()
-    picture = draw_preview(plan.badge, plan.look)
+    picture = draw_preview(plan.badge)
     picture.thumbnail((PICTURE_PX, PICTURE_PX))
     picture.save(made, format="WEBP", quality=80)
     return "data:image/webp;base64," + base64.b64encode(made.getvalue()).decode()

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from moireid.badge import Badge
 from moireid.calibration.chart_reading import view_chart
 from moireid.calibration.lens_fit import lens_from_views
-from moireid.designer.chart import ChartRequest, design_chart
+from moireid.designer.chart import design_chart
 from moireid.errors import MoireIdError
 from moireid.simulate.analytic.analytic_renderer import AnalyticRenderer
 from moireid.simulate.motion import Poses
@@ -78,7 +78,7 @@ def calibration_figures(*, count: int, seed: int) -> dict[str, Any]:
     """One row a photograph, and the worst and median error in percent and in standard deviations."""
     rows = []
     for k, case in enumerate(cases(count, seed)):
-        chart = design_chart(ChartRequest(lens=case.lens, printer_dpi=1200))
+        chart = design_chart(lens=case.lens, printer_dpi=1200)
         row: dict[str, Any] = {
             "lens": case.lens,
             "pitch_error_of_sheet_percent": 100 * (case.lens_scale - 1),
