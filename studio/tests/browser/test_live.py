@@ -155,8 +155,8 @@ def challenged(page: Page, studio: Studio, moves: list[str], pictures: Path) -> 
 
 
 def test_a_badge_is_enrolled_by_a_live_check(page: Page, studio: Studio, pictures: Path) -> None:
-    """Catches: a camera page that sends nothing, or too little; prompts that are not shown; left taken for right; a live
-    enrolment that ends in a verdict alone; figures that are kept unseen, or as those of a film."""
+    """Catches: a camera page that sends nothing, or too little; prompts that are not shown; left taken for right; a
+    live enrolment that ends in a verdict alone; figures that are kept unseen, or as those of a film."""
     moves = ["left", "face", "right"]
     # A slow machine plays the film slower, so that it moves when it is no longer asked.
     words = settled(lambda: challenged(page, studio, moves, pictures), MISSED)
