@@ -4,6 +4,5 @@ home.py            first page, help, signing in; how pages are made from templat
 verify.py          a film and its verdict; errors as pages or JSON
 registry_pages.py  records, revoking, audit; verdicts that were given
 issue_pages.py     one person, or an event
-materials.py       what to buy for badges, and how to cut it
 enroll.py          a capture, measured, then kept
 """
