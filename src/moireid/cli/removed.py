@@ -22,6 +22,7 @@ REMOVED = {
     "print --front array": "--axes xy or --axes hex sense more directions under a lenticular sheet",
     "film-set": "it is `moireid lab film-set`",
     "generator-kit": "it is `moireid lab generator-kit`",
+    "lab generator-kit list": "add a line to films.csv for each clip that you keep",
     "worker": "run `dask worker` where moireid-studio[cluster] is installed, and serve --scheduler ADDRESS",
     "verdicts": "keep the reports that count: verify --report, or a report of the studio",
     "serve --keep-verdicts": "leave it out: keep the reports that count",
