@@ -4,9 +4,8 @@ Each badge is printed by the command `print-your-badge` and traced by `outside`,
 `moireid.simulate`, with one flaw of print, sheet, shape or light, or with all that is usual (`outside.flaws`,
 `outside.lamps`).  It is enrolled from two films, filmed again at the middle of its range, and filmed with half the
 gain; a second build of the same files, with the same flaws of another draw, is the copy.  Narrowed: printed with
-`--ink-growth`.  Printed is whether it could be enrolled, what becomes of the film before and after enrolment, how many
-error bars its gain is off (at enrolment: off that of its own lenses, traced), how far its map of places is off that of
-enrolment (rad, root mean square), and what becomes of copy and forgery (not
+`--ink-growth`.  Printed is whether it could be enrolled, what becomes of the film before and after enrolment, its gain,
+how far its map of places is off that of enrolment (rad, root mean square), and what becomes of copy and forgery (not
 with `--quick`); then the sums of each kind.  With `--seeds N` N badges of each kind are built, filmed on other motions.
 `--keep DIR` keeps films, each with what was built, the trajectory and the report: another run judges them again.
 """
@@ -27,10 +26,9 @@ from outside.camera import PHONE, drawn
 from outside.film import Shoot, film
 from outside.flaws import Flaws, flawed
 from outside.lamps import lamps_about
-from outside.lens import through_cylinders
 from outside.motion import KINDS as MOTIONS
 from outside.motion import course
-from outside.page import Lens, load_page
+from outside.page import load_page
 
 from moireid.asbuilt import AsBuilt
 from moireid.badge import Badge, load_badge
@@ -109,22 +107,6 @@ def filmed(folder: Path, kind: str, build: int, number: int, forge: str | None =
     return path
 
 
-def traced_gain(kind: str, build: int, folder: Path) -> float:
-    """How much further fringes move under the build's lenses than under those of the design, at small angles."""
-    plain = load_page(folder / "badge")
-    return _fringe_rad(flawed(plain, KINDS[kind], build).lens, 0.05) / _fringe_rad(plain.lens, 0.05)
-
-
-def _fringe_rad(lens: Lens, tangent: float) -> float:
-    """Phase of the fringes seen through a whole lens at that tangent of view, lines being as wide as lenses."""
-    count = 4000
-    landed, along, share = (np.arange(count) + 0.5) / count * lens.pitch_mm, np.zeros(count), np.empty(count)
-    slopes, conic = (np.full(count, tangent), np.zeros(count)), (lens.conic,) if lens.conic else ()
-    figures = lens.pitch_mm, lens.radius_mm, lens.thickness_mm, lens.index, lens.air_mm, *conic
-    through_cylinders(count, landed, along, *slopes, share, 0.0, *figures)
-    return float(np.angle(np.sum(share * np.exp(2j * np.pi * (landed / lens.pitch_mm - 0.5)))))
-
-
 def enrolled(films: list[Path], badge: Badge) -> AsBuilt | str:
     """As-built figures of two films, or why they are refused."""
     try:
@@ -154,9 +136,7 @@ def judged(job: tuple[Path, str, int, bool]) -> Row:
         return row | {"refused": figures}
     claim = Claim(badge, badge.id, as_built=figures)
     after, why, motion, row["map off"] = verdict(films[2], claim, "after")
-    off = (figures.gain_ratio - traced_gain(kind, build, folder)) / figures.gain_sd
-    row |= {"enrolled gain": figures.gain_ratio, "bars off": off, "gain": motion.gain_ratio}
-    row |= {"gain bars off": motion.gain_ratio and (motion.gain_ratio - 1) / motion.gain_sd, "after": after, "why": why}
+    row |= {"enrolled gain": figures.gain_ratio, "gain": motion.gain_ratio, "after": after, "why": why}
     if not quick:
         row["copy"], _, _, row["copy's map off"] = verdict(filmed(folder, kind, build + COPY, 2), claim, "after")
         row["half gain"] = verdict(filmed(folder, kind, build, 2, "gain_0.5"), claim, "after")[0]
@@ -187,14 +167,12 @@ def summed(kind: str, own: list[Row]) -> Row:
     """What became of the builds of one kind."""
     after = Counter(row.get("after") for row in own)
     reasons = Counter(code for row in own for code in row.get("why", []))
-    bars = [row["gain bars off"] for row in own if row.get("gain bars off") is not None]
     forged = {f"{name} accepted": sum(row.get(name) == "accept" for row in own) for name in ("copy", "half gain")}
     return {
         "kind": kind,
         "builds": len(own),
         "enrolled": sum("refused" not in row for row in own),
         **{name: after[name] for name in ("accept", "inconclusive", "reject")},
-        "most bars off": max(bars, key=abs, default=None),
         **forged,
         "reasons": ", ".join(f"{code} {count}" for code, count in reasons.most_common()),
     }
@@ -206,9 +184,7 @@ COLUMNS = {
     "before": "<12",
     "why before": "<16",
     "enrolled gain": ">13.3f",
-    "bars off": ">8.1f",
     "gain": ">6.3f",
-    "gain bars off": ">13.1f",
     "map off": ">7.3f",
 }
 COLUMNS |= {
@@ -220,6 +196,6 @@ COLUMNS |= {
     "refused": "<1",
 }
 COLUMNS |= {"kind": "<19", "builds": ">6", "enrolled": ">8", "accept": ">6", "inconclusive": ">12", "reject": ">6"}
-COLUMNS |= {"most bars off": ">13.1f", "copy accepted": ">13", "half gain accepted": ">18", "reasons": "<1"}
+COLUMNS |= {"copy accepted": ">13", "half gain accepted": ">18", "reasons": "<1"}
 OPTIONS = {"--seeds": {"type": int, "default": 1, "metavar": "N", "help": "builds of each kind"}}
 BENCH = Bench(rows, COLUMNS, options=OPTIONS, table=table)
