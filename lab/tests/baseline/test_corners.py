@@ -16,14 +16,13 @@ from moireid.verifier import Claim, Film, verify
 from moireid_lab.baseline.corners import (
     COLUMNS,
     CornerFollower,
-    corners_from,
     read_corners,
     without_corners,
 )
 from moireid_lab.evaluation.film_rows import Job, score_film
 from moireid_lab.evaluation.manifest import read_manifest
 
-CORNERS = "200,150,300,150,300,250,200,250"
+CORNERS = "0,200,150,300,150,300,250,200,250"
 
 
 def test_corners_are_followed_until_they_are_set_right(films: Path):
@@ -57,19 +56,6 @@ def test_corner_files_are_read_or_refused(tmp_path: Path):
             read_corners(written(*rows))
 
 
-def test_corners_are_read_as_people_write_them(tmp_path: Path):
-    """Catches: a correction read as the first frame, a bow-tie, a word, a path taken for numbers."""
-    first, later = "10,10,90.5,12,92,80,11,85", "20,20,95,22,96,88,21,90"
-    found = corners_from(f"{first} 30:{later}; 45:{first}")
-    assert list(found) == [0, 30, 45] and found[30][1] == pytest.approx([95, 22]) and found[0][1, 0] == 90.5
-    assert list(corners_from(f"0:{first}")) == [0]
-    (tmp_path / "a.csv").write_text(f"frame,x1,y1,x2,y2,x3,y3,x4,y4\n0,{first}\n")
-    assert list(corners_from("a.csv", tmp_path)) == [0]
-    for wrong in ("10,10", f"{first} {later}", f"7:{first}", "10,10,92,80,90,12,11,85", f"1.5:{first}", "none.csv", ""):
-        with pytest.raises(SpecError):
-            corners_from(wrong, tmp_path)
-
-
 @pytest.fixture(scope="module")
 def mostly_gone(films: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A true film whose badge is in view for its first 100 frames, and then not for 120."""
@@ -82,7 +68,8 @@ def mostly_gone(films: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_a_row_of_a_collection_says_so_too(films: Path, mostly_gone: Path, prototype: Badge):
     """Catches: an accepted row of a film that the command leaves open."""
     manifest = mostly_gone.with_name("films.csv")
-    manifest.write_text(f'video,label,claim,group,corners\nfilm.mp4,genuine,,,"{CORNERS}"\n')
+    manifest.with_name("corners.csv").write_text("\n".join([",".join(COLUMNS), CORNERS]))
+    manifest.write_text("video,label,claim,group,corners\nfilm.mp4,genuine,,,corners.csv\n")
     entry = read_manifest(manifest, badge=prototype).entries[0]
     row = score_film(Job(entry, "moireid"), str(mostly_gone))
     assert (row["verdict"], row["codes"]) == ("inconclusive", ["cover", "corners"])
