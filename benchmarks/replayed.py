@@ -4,7 +4,7 @@ clip: a public film of the badge, 1 to 8 s of a hand's measured motion, is put o
     within the parallaxes that the clip shows: the badge whole by the nearest view, or field by field, each field by its
     own parallax.  Level: at one distance; deep: 8 % nearer and farther; own way: the clip's own, forth and back.
     Stretched: rows by the distance, one number a frame.  Faded: two frames of the clip, cross-faded.
-photographs: the same with 1 to 24 photographs, spread over the parallaxes.  slid: one photograph, of which each row is
+slid: one photograph, of which each row is
     slid by the law.
 re-badged: the true film of another person's badge of the same layout; its middle row is copied into every cell.  With
     figures: corrected so that the figures are those of the victim's enrolment (two true films).
@@ -26,7 +26,7 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
-from true_films.clip import Clip, filmed_clip, photographs
+from true_films.clip import Clip, filmed_clip
 from true_films.paths import DEPTH, lively, natural, swaying, to_and_fro
 from true_films.rebadge import Correction, Rebadging
 from true_films.replay import Replay
@@ -44,7 +44,7 @@ from moireid.verifier.session.capture import capture_as_built
 from moireid_lab.bench.bench_frame import Bench, Row, Wish, counted_verdicts, grouped
 from moireid_lab.bench.verdicts import why_not
 
-Kind = Literal["clip", "photographs", "slid", "re-badged", "true"]
+Kind = Literal["clip", "slid", "re-badged", "true"]
 Way = Literal["level", "deep", "own way", "natural"]
 FRAMES, FPS, CRF = 180, 30, 23
 #: Of this many badges there is a long public clip, of the others a short one, s.
@@ -56,7 +56,7 @@ DONOR = 500
 
 @dataclass(frozen=True)
 class Case:
-    """One kind of film; films: how many by default; seconds: of the clip; count: of photographs; way: trajectory."""
+    """One kind of film; films: how many by default; seconds: of the clip; way: trajectory."""
 
     kind: Kind
     axes: str
@@ -65,7 +65,6 @@ class Case:
     metres: float = 1.0
     way: Way = "level"
     seconds: int = 0
-    count: int = 0
     by_field: bool = False
     faded: bool = False
     stretched: bool = False
@@ -74,10 +73,8 @@ class Case:
     @property
     def name(self) -> str:
         """In a few words."""
-        what = {"clip": f"clip of {self.seconds} s", "photographs": f"{self.count} photographs"}.get(
-            self.kind, self.kind
-        )
-        taken = ("field by field" if self.by_field else "whole") if self.axes == "xy" and self.kind in MADE else ""
+        what = f"clip of {self.seconds} s" if self.kind == "clip" else self.kind
+        taken = ("field by field" if self.by_field else "whole") if self.axes == "xy" and self.kind == "clip" else ""
         way = "" if self.kind in ("slid", "re-badged") else self.way
         words = [what, way, taken, "faded" if self.faded else "", "stretched" if self.stretched else ""]
         words.append("with figures" if self.figures else "")
@@ -89,14 +86,11 @@ class Case:
         return SMALL if self.format == "board" and self.metres <= 1 else PHONE
 
 
-MADE = ("clip", "photographs")
-
-
 def all_cases() -> list[Case]:
     """Every case."""
     found: list[Case] = []
     for axes, by_field in (("xy", False), ("xy", True), ("x", False)):
-        found += clip_cases(axes, by_field) + photograph_cases(axes, by_field)
+        found += clip_cases(axes, by_field)
     for axes in ("x", "xy"):
         found += [Case("clip", axes, 2, way="own way", seconds=8), Case("slid", axes, 2)]
         found += [
@@ -118,15 +112,6 @@ def clip_cases(axes: str, by_field: bool) -> list[Case]:
     found += [Case("clip", films=1, format="a6", **usual)]
     if by_field or axes == "x":
         found += [Case("clip", films=3, faded=True, **usual), Case("clip", films=3, figures=True, **usual)]
-    return found
-
-
-def photograph_cases(axes: str, by_field: bool) -> list[Case]:
-    """Photographs, cross-faded where a field is shown by one parallax."""
-    faded = by_field or axes == "x"
-    found = [Case("photographs", axes, 1, count=count, by_field=by_field) for count in (1, 24)]
-    if faded:
-        found += [Case("photographs", axes, 1, count=count, by_field=by_field, faded=True) for count in (5, 12, 24)]
     return found
 
 
@@ -189,20 +174,8 @@ def trajectory(case: Case, number: int, views: np.ndarray) -> Motion:
 
 
 def replayed(case: Case, number: int, clip: Clip) -> Show:
-    """A clip, or photographs."""
-    if case.kind == "photographs":
-        clip = photographs(scene_of(case, number), _spread(clip.views, case, 1000 * case.metres))
+    """A clip."""
     return Replay(clip, case.by_field, case.faded, case.stretched).shown
-
-
-def _spread(views: np.ndarray, case: Case, distance_mm: float) -> np.ndarray:
-    """Views of the photographs: along the diagonal where a field asks for one parallax, else all over the plane."""
-    low, high = views[:, :2].min(axis=0), views[:, :2].max(axis=0)
-    number = np.arange(case.count)
-    shares = np.repeat((number[:, None] + 0.5) / case.count, 2, axis=1)
-    if case.axes == "xy" and not case.by_field:
-        shares[:, 1] = [sum((k >> bit & 1) / 2 ** (bit + 1) for bit in range(8)) for k in number.tolist()]
-    return np.column_stack([low + shares * (high - low), np.full(case.count, distance_mm)])
 
 
 def slid(scene: Scene, motion: Motion, camera_mm: np.ndarray, fps: float) -> ShownViews:
@@ -236,7 +209,7 @@ def made(case: Case, number: int, folder: Path) -> tuple[Motion, Show | None]:
     whole, frames = public_clip(case, number, folder), (case.seconds or LONG_S) * FPS
     clip = Clip(whole.pictures[:frames], whole.views[:frames])
     motion = trajectory(case, number, clip.views)
-    if case.kind in MADE:
+    if case.kind == "clip":
         return motion, replayed(case, number, clip)
     return motion, slid if case.kind == "slid" else None
 

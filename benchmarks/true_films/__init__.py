@@ -1,7 +1,7 @@
 """Forgeries that are made from true films of badges, frame by frame.
 
 clip.py      a film as pictures of the board, straightened, each with the view that it shows
-replay.py    frames of a clip, or photographs, put where another trajectory asks for their views
+replay.py    frames of a clip, put where another trajectory asks for their views
 rebadge.py   the middle row of one badge's film, copied into every cell of another badge
 
 The forger is a good one: he knows the markers' homographies and all views without error, his camera has no rolling

@@ -86,17 +86,6 @@ def _lumas(path: Path) -> Iterator[NDArray[np.uint8]]:
             yield np.clip(np.rint((luma - 16) * 255 / 219), 0, 255).astype(np.uint8)
 
 
-def photographs(scene: Scene, views: Array) -> Clip:
-    """Photographs from so many views, without noise."""
-    squared = SquaredUp(scene, PX_PER_MM)
-    taken = [_coded(squared.picture(d * np.array([u, v, -1.0]))) for u, v, d in views.tolist()]
-    return Clip(np.array(taken), views)
-
-
 def print_of(scene: Scene, distance_mm: float) -> Picture:
     """The board as a camera right before it sees it, in coded brightness."""
     return np.asarray(np.sqrt(SquaredUp(scene, PX_PER_MM).picture(np.array([0.0, 0.0, -distance_mm]))), np.float32)
-
-
-def _coded(picture: Picture) -> NDArray[np.uint8]:
-    return np.clip(np.rint(255 * np.sqrt(picture)), 0, 255).astype(np.uint8)

@@ -1,4 +1,4 @@
-"""Frames of a clip, or photographs, put where another trajectory asks for their views.
+"""Frames of a clip, put where another trajectory asks for their views.
 
 Each frame of the forged film shows the nearest frame of the clip, or those on either side cross-faded in coded
 brightness.  The badge is taken whole, by the parallaxes that its fields sense; or field by field, each field by its own

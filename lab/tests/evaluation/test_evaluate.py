@@ -80,7 +80,6 @@ def test_intervals_of_rates_and_resampled_figures(rng):
     assert statistics.equal_error_interval(genuine, forged, 1) == (low, high)
     assert statistics.equal_error_interval(genuine[:4], forged, 1) is None
     assert statistics.equal_error_interval(scores(2, 3, 4), scores(0, 1), 1) == statistics.interval(0, 2)
-    assert statistics.mean_interval(scores(1, 3)) == pytest.approx((2 - 12.7062, 2 + 12.7062), rel=1e-4)
 
 
 def test_exact_bounds_are_those_of_the_tables():

@@ -26,7 +26,7 @@ from moireid_studio.live import link_routes
 from moireid_studio.live import routes as live
 from moireid_studio.pages import enroll as enroll_pages
 from moireid_studio.pages import home as home_pages
-from moireid_studio.pages import issue_pages, materials, registry_pages, verify
+from moireid_studio.pages import issue_pages, registry_pages, verify
 from moireid_studio.settings import Settings
 from moireid_studio.studio import Studio
 
@@ -34,7 +34,6 @@ from moireid_studio.studio import Studio
 ROUTERS: tuple[APIRouter, ...] = (
     home_pages.router,
     issue_pages.router,
-    materials.router,
     enroll_pages.router,
     verify.router,
     registry_pages.router,

@@ -14,7 +14,6 @@ from __future__ import annotations
 import csv
 import io
 import math
-import re
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -33,40 +32,10 @@ Array = NDArray[np.float64]
 #: Frame number -> corners (4, 2), px.
 Corners = Mapping[int, Array]
 COLUMNS = ("frame", "x1", "y1", "x2", "y2", "x3", "y3", "x4", "y4")
-#: Entries by hand have no letters; a file's name has some.
-ENTRIES = re.compile(r"[\d.,:;+\-\s]*,[\d.,:;+\-\s]*")
 LEAST_AREA_PX2 = 16
 WINDOW_PX, LEVELS = (31, 31), 4
 #: A corner has slipped if tracking it forward and back ends further away than this.
 MOST_RETURN_PX = 2.0
-
-
-def corners_from(text: str, folder: Path = Path()) -> dict[int, Array]:
-    """Corners by frame from text: entries `[FRAME:]x,y,x,y,x,y,x,y`, or the path of a CSV file.
-
-    Parameters: text: entries separated by blanks or semicolons; the first may omit `0:`; folder: base of a relative
-        path.
-    Raises: SpecError if an entry or the file is not valid.
-    """
-    if not ENTRIES.fullmatch(text.strip()):
-        return read_corners(folder / text)
-    found: dict[int, Array] = {}
-    for place, entry in enumerate(re.split(r"[;\s]+", text.strip(" ;\t\n"))):
-        frame, _, places = entry.rpartition(":")
-        try:
-            values = [float(value) for value in places.split(",")]
-            if len(values) != 8 or (place and not frame):
-                raise ValueError("not eight numbers after a frame's")
-            number = int(frame or 0)
-        except ValueError as error:
-            raise SpecError(
-                f"corners {entry[:60]!r} are no x,y of four corners in px; give x1,y1,x2,y2,x3,y3,x4,y4 of frame 0 and "
-                "FRAME:x1,y1,... of later ones, parted by blanks"
-            ) from error
-        found[number] = _four_sided(values, f"{entry[:60]!r} of the corners")
-    if 0 not in found:
-        raise SpecError("corners hold no frame 0; give x1,y1,x2,y2,x3,y3,x4,y4 of the film's first frame too")
-    return found
 
 
 def read_corners(path: Path) -> dict[int, Array]:

@@ -95,7 +95,8 @@ def evaluate_command(
     label     genuine, forged or forged:KIND
     claim     a badge.json, or a name or id in the registry; empty: --badge
     group     any word, by which results are grouped
-    corners   optional, for films that lost their markers; see verify --corners
+    corners   optional, for films that lost their markers: a CSV file with the
+              columns frame,x1,y1,x2,y2,x3,y3,x4,y4
 
     Results are kept in results.jsonl as they are made. So a run that was interrupted goes on, and only what has changed
     is scored again. A film that cannot be scored, crashes or goes beyond a limit counts as failed, and the run goes on.

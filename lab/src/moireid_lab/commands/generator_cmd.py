@@ -1,8 +1,7 @@
-"""generator-kit: what a user of a video generator needs to forge films of a badge, and to count the results."""
+"""generator-kit: what a user of a video generator needs to forge films of a badge."""
 
 from __future__ import annotations
 
-from dataclasses import asdict
 from pathlib import Path
 
 import click
@@ -51,9 +50,10 @@ def cut_command(
     \b
     frames/      the first frame of each film at each size
     prompts.csv  prompts: the camera moves, the badge moves, both move
-    clips.csv    the clips to be made, a line each, to be filled in
+    clips.csv    the clips to be made, a line each
     clips/       where the clips are put
-    films.csv    the list for `moireid lab evaluate`
+    films.csv    the list for `moireid lab evaluate`; add a line for each clip
+                 that you keep
 
     Generators make 24 frames a second at 848x480 and 1280x720, and 25 at 1920x1080; clips.csv says so too.
     """
@@ -67,29 +67,4 @@ def cut_command(
     if as_json:
         show_json({"files": [str(path) for path in files]})
     else:
-        echo(f"{len(files) - 3} frames in {folder / 'frames'}; make clips of them, and fill in {files[-2]}")
-
-
-@generator_group.command("list")
-@click.argument("folder", metavar="DIR", type=click.Path(path_type=Path))
-@json_option
-@friendly
-def list_command(folder: Path, as_json: bool) -> None:
-    """Count the clips that were kept, and write the list of films.
-
-    DIR is a kit of `moireid lab generator-kit cut`. In its clips.csv, `outcome` says kept or discarded, `reason` why it
-    was discarded, and `generator` what made the clip. Copy a line for a further clip. A clip that lost its markers
-    needs `corners`: X,Y,... of the striped region, as `moireid lab evaluate` reads them.
-    """
-    from moireid_lab.evaluation.generator_kit import listed
-
-    manifest, generators = listed(folder)
-    if as_json:
-        show_json({"manifest": str(manifest), "generators": [asdict(one) for one in generators]})
-        return
-    echo(f"{'generator':<24}{'made':>6}{'kept':>6}{'discarded':>11}")
-    for one in generators:
-        echo(f"{one.generator[:23]:<24}{one.made:>6}{one.kept:>6}{one.made - one.kept:>11}")
-        for reason, count in one.discarded.items():
-            echo(f"  {count} x {reason}")
-    echo(f"score them with: moireid lab evaluate {manifest} --out scored")
+        echo(f"{len(files) - 3} frames in {folder / 'frames'}; make clips of them, and list them in {files[-1]}")

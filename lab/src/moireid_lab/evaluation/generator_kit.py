@@ -1,9 +1,8 @@
-"""What a user of a video generator needs to make forged films of a badge, and to count the results.
+"""What a user of a video generator needs to make forged films of a badge.
 
-1. `cut` takes the first frame of each genuine film of a list at the sizes in which generators work, writes a prompt for
-   each way in which a badge can come to move, and a table of the clips to be made.
-2. The clips are made elsewhere, and the table says of each whether it was kept, or why it was discarded.
-3. `listed` makes the list of genuine films and kept clips that `moireid lab evaluate` reads, and reports the yield.
+`cut` takes the first frame of each genuine film of a list at the sizes in which generators work, writes a prompt for
+each way in which a badge can come to move, a table of the clips to be made, and the list for `moireid lab evaluate`, to
+which the clips that are kept are added.
 
 Convention: paths in the kit are relative to it, so that it can be moved with its films.
 Source: the three paradigms and the generators' formats are those of the published collection (Qing et al. 2026); the
@@ -13,9 +12,7 @@ words of the prompts are ours.
 from __future__ import annotations
 
 import os
-import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +23,7 @@ from numpy.typing import NDArray
 from moireid.errors import MediaError, SpecError
 from moireid.files import planned, whole_file, write_text
 from moireid.verifier.video import Film
-from moireid_lab.evaluation.csv_lists import csv_text, read_list
+from moireid_lab.evaluation.csv_lists import csv_text
 from moireid_lab.evaluation.manifest import Entry, Manifest
 
 #: Width, height and frames per second.
@@ -55,32 +52,7 @@ PROMPTS = {
     "both-fro": ("both move", "Camera and badge move level against each other, to and fro, each at its own pace."),
 }
 CLIPS, PROMPT_FILE, MANIFEST = "clips.csv", "prompts.csv", "films.csv"
-COLUMNS = (
-    "clip",
-    "generator",
-    "outcome",
-    "reason",
-    "frame",
-    "width",
-    "height",
-    "fps",
-    "paradigm",
-    "prompt",
-    "claim",
-    "corners",
-)
-OUTCOMES = ("", "kept", "discarded")
-MAKE_IT = "make the kit with moireid lab generator-kit cut"
-
-
-@dataclass(frozen=True)
-class Yield:
-    """Clips of one generator: how many were made, kept, and discarded for each reason."""
-
-    generator: str
-    made: int
-    kept: int
-    discarded: dict[str, int]
+COLUMNS = ("clip", "frame", "width", "height", "fps", "paradigm", "prompt", "claim")
 
 
 def cut(manifest: Manifest, base: str, folder: Path, *, formats: Sequence[str], overwrite: bool) -> list[Path]:
@@ -109,34 +81,6 @@ def cut(manifest: Manifest, base: str, folder: Path, *, formats: Sequence[str], 
     write_text(texts[1], csv_text(COLUMNS, list(_asked(entries, formats, base, folder))))
     write_text(texts[2], _films([_genuine(entry, base, folder) for entry in entries]))
     return [*pictures.values(), *texts]
-
-
-def listed(folder: Path) -> tuple[Path, list[Yield]]:
-    """Write the list of the kit's genuine films and kept clips again, from its table.
-
-    Raises: SpecError, with the line of the table that cannot be used.
-    """
-    rows = read_list(folder / CLIPS, "table", COLUMNS, MAKE_IT)[1]
-    made = [row for line, row in rows if _checked(folder, line, row)]
-    genuine = [
-        row
-        for _, row in read_list(folder / MANIFEST, "list", ("video", "label"), MAKE_IT)[1]
-        if row["label"] == "genuine"
-    ]
-    kept = [
-        {
-            "video": f"clips/{row['clip']}",
-            "label": f"forged:{row['generator']}",
-            "claim": row["claim"],
-            "group": row["paradigm"],
-            "corners": row["corners"],
-        }
-        for row in made
-        if row["outcome"] == "kept"
-    ]
-    write_text(folder / MANIFEST, _films([*genuine, *kept]))
-    names = dict.fromkeys(row["generator"] for row in made)
-    return folder / MANIFEST, [_yield(name, [row for row in made if row["generator"] == name]) for name in names]
 
 
 def first_picture(path: Path) -> NDArray[np.uint8]:
@@ -177,7 +121,7 @@ def _asked(entries: Sequence[Entry], formats: Sequence[str], base: str, folder: 
         for name in formats:
             for prompt, (paradigm, _) in PROMPTS.items():
                 clip, frame = f"{entry.line:04d}-{name}-{prompt}.mp4", f"frames/{entry.line:04d}-{name}.png"
-                yield clip, "", "", "", frame, *FORMATS[name], paradigm, prompt, _claim(entry, base, folder), ""
+                yield clip, frame, *FORMATS[name], paradigm, prompt, _claim(entry, base, folder)
 
 
 def _genuine(entry: Entry, base: str, folder: Path) -> dict[str, str]:
@@ -198,32 +142,6 @@ def _claim(entry: Entry, base: str, folder: Path) -> str:
         os.path.relpath(Path(base).parent / entry.claim, folder)
         if entry.claim.lower().endswith(".json")
         else entry.claim
-    )
-
-
-def _checked(folder: Path, line: int, row: dict[str, str]) -> bool:
-    """Whether a line describes a clip that was made.  Raises: SpecError where it cannot be used."""
-
-    def refuse(fault: str) -> SpecError:
-        return SpecError(f"line {line} of {folder / CLIPS} ({row['clip'][:60]!r}) {fault}")
-
-    if row["outcome"] not in OUTCOMES:
-        raise refuse(f"has the outcome {row['outcome'][:40]!r}; write kept or discarded, or leave it empty")
-    if not row["outcome"]:
-        return False
-    if not re.fullmatch(r"[\w.-]+", row["generator"]):
-        raise refuse(f"names the generator {row['generator'][:40]!r}; use letters, figures, - and _")
-    if row["outcome"] == "discarded" and not row["reason"]:
-        raise refuse("was discarded without a reason; say why")
-    if row["outcome"] == "kept" and not (folder / "clips" / row["clip"]).is_file():
-        raise refuse("is kept, but lies not in the folder clips; put it there")
-    return True
-
-
-def _yield(name: str, rows: Sequence[dict[str, str]]) -> Yield:
-    reasons = [row["reason"] for row in rows if row["outcome"] == "discarded"]
-    return Yield(
-        name, len(rows), len(rows) - len(reasons), {each: reasons.count(each) for each in dict.fromkeys(reasons)}
     )
 
 

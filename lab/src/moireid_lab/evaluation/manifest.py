@@ -18,7 +18,7 @@ from moireid.badge import Badge, load_badge
 from moireid.errors import MoireIdError, SpecError
 from moireid.provenance import Exclusion
 from moireid.registry import Record, Registry, open_registry
-from moireid_lab.baseline.corners import Corners, corners_from
+from moireid_lab.baseline.corners import Corners, read_corners
 from moireid_lab.evaluation.csv_lists import read_list
 
 COLUMNS = ("video", "label", "claim", "group")
@@ -117,7 +117,7 @@ def _entry(line: int, row: dict[str, str], folder: Path, claims: _Claims) -> Ent
     known = stamp(video)
     if not LABEL.fullmatch(label):
         raise SpecError(f"label {label[:40]!r} is not known; give genuine, forged, or forged:KIND")
-    corners = corners_from(row["corners"], folder) if row.get("corners") else None
+    corners = read_corners(folder / row["corners"]) if row.get("corners") else None
     claimed = claims.find(row["claim"])
     return Entry(line, row["video"], str(video), known, label, row["claim"], row["group"] or label, claimed, corners)
 

@@ -64,6 +64,7 @@ def _scores(document: Document) -> Any:
             axes.plot(scores, place + 0.12 * lanes, "o", color=colour, markersize=4.5, alpha=0.6)
             axes.text(SHOWN[name][1], place, f"  {len(films) - len(scores) or ''}", color=colour, va="center")
         axes.axvline(LIMITS[name], color=INK, linewidth=1, linestyle=":")
+        axes.set_xlim(*SHOWN[name])
         axes.set_yticks(range(len(kinds)), [": ".join(dict.fromkeys(kind)) for kind in kinds])
         axes.set_xlabel(f"score, {name}; right: films without one", color=INK)
         plain(axes)

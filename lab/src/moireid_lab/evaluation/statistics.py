@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq, isotonic_regression
-from scipy.stats import binomtest, bootstrap, norm, t, ttest_ind
+from scipy.stats import binomtest, bootstrap, norm
 
 Array = NDArray[np.float64]
 LEVEL = 0.95
@@ -44,17 +44,6 @@ class Threshold:
     balanced_accuracy: float
     false_accept: float
     false_reject: float
-
-
-@dataclass(frozen=True)
-class Welch:
-    """Welch's test of equal means, and the interval of genuine less forged."""
-
-    t: float
-    df: float
-    p: float
-    difference: float
-    interval: tuple[float, float]
 
 
 def roc(genuine: Array, forged: Array) -> Roc:
@@ -175,25 +164,6 @@ def least_cllr(genuine: Array, forged: Array) -> float:
     return cllr(ratio[place[: len(genuine)]], ratio[place[len(genuine) :]])
 
 
-def welch(genuine: Array, forged: Array) -> Welch | None:
-    """Welch's t of two samples of finite scores; None if one of them has no variance."""
-    if any(len(some) < 2 or np.ptp(some) == 0 for some in (genuine, forged)):
-        return None
-    found = ttest_ind(genuine, forged, equal_var=False)
-    low, high = found.confidence_interval(LEVEL)
-    difference = float(genuine.mean() - forged.mean())
-    return Welch(float(found.statistic), float(found.df), float(found.pvalue), difference, (float(low), float(high)))
-
-
-def cohens_d(genuine: Array, forged: Array) -> float | None:
-    """Difference of the means in pooled standard deviations (n - 1); None without variance."""
-    freedom = len(genuine) + len(forged) - 2
-    if min(len(genuine), len(forged)) < 2:
-        return None
-    pooled = math.sqrt((np.var(genuine) * len(genuine) + np.var(forged) * len(forged)) / freedom)
-    return float(genuine.mean() - forged.mean()) / pooled if pooled > 0 else None
-
-
 def resampled_interval(
     statistic: Callable[[Array, Array], float | None], genuine: Array, forged: Array, seed: int
 ) -> tuple[float, float] | None:
@@ -234,11 +204,3 @@ def upper_bound(hits: int, trials: int) -> float:
     if trials == 0:
         return 1.0
     return float(binomtest(hits, trials, alternative="less").proportion_ci(LEVEL, method="exact").high)
-
-
-def mean_interval(scores: Array) -> tuple[float, float] | None:
-    """Student's interval of the mean of finite scores (N,); None for fewer than two."""
-    if len(scores) < 2:
-        return None
-    half = float(t.ppf(0.5 + LEVEL / 2, len(scores) - 1) * scores.std(ddof=1) / math.sqrt(len(scores)))
-    return float(scores.mean()) - half, float(scores.mean()) + half

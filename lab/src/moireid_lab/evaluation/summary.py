@@ -1,7 +1,7 @@
 """From rows to the figures of evaluate.json.
 
 Convention: films without a score (they failed, or nothing could be measured) are counted separately; in figures over
-    all films they rank lowest, since no threshold accepts them.  Means, standard deviations, t and d are over films
+    all films they rank lowest, since no threshold accepts them.  Means and standard deviations are over films
     with a score.
 
 Convention: terms of ISO/IEC 30107-3.  An attack is a forged film, and its kind is in the label; APCER is the share of
@@ -131,13 +131,10 @@ def separation(genuine: Array, forged: Array, seed: int, *, means: bool) -> Docu
         },
     }
     if means:
-        best, test = statistics.best_threshold(genuine, forged), statistics.welch(genuine, forged)
+        best = statistics.best_threshold(genuine, forged)
         right = round(best.accuracy * (len(genuine) + len(forged)))
         found |= {
             "best_threshold": asdict(best) | {"accuracy_interval": interval(right, len(genuine) + len(forged))},
-            "welch": asdict(test) if test else None,
-            "cohens_d": statistics.cohens_d(genuine, forged),
-            "cohens_d_interval": statistics.resampled_interval(statistics.cohens_d, genuine, forged, seed),
         }
     return found
 
@@ -240,7 +237,6 @@ def _group(scored: list[ScoredFilm]) -> Document:
         "films": len(scored),
         "scored": len(scores),
         "mean": float(scores.mean()) if len(scores) else None,
-        "mean_interval": statistics.mean_interval(scores),
         "sd": float(scores.std(ddof=1)) if len(scores) > 1 else None,
         **dict(zip(names, five, strict=True)),
         "verdicts": _verdicts(scored),

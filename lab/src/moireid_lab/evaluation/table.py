@@ -65,10 +65,6 @@ ROWS = {
     "  lost by calibration": "likelihood_ratio.calibration_loss",
     "  genuine films, ratio on the wrong side": "likelihood_ratio.misleading.genuine",
     "  forged films, ratio on the wrong side": "likelihood_ratio.misleading.forged",
-    "genuine less forged, means (Welch)": "scored_films.welch.difference",
-    "  Welch's t": "scored_films.welch.t",
-    "  p": "scored_films.welch.p",
-    "Cohen's d": "scored_films.cohens_d",
 }
 ROWS |= {f"{kind} films: {verdict}": f"verdicts.{kind}.{verdict}" for kind in KINDS for verdict in VERDICTS}
 
@@ -107,9 +103,7 @@ def _shown(pipeline: Document, place: str) -> str:
     if value is None or isinstance(value, int):
         return "-" if value is None else str(value)
     within = found.get(f"{last}_interval")
-    return (
-        f"{value:.3g}" if last == "p" else f"{value:.3f}" + (f" [{within[0]:.3f}, {within[1]:.3f}]" if within else "")
-    )
+    return f"{value:.3f}" + (f" [{within[0]:.3f}, {within[1]:.3f}]" if within else "")
 
 
 def _attacks(pipelines: dict[str, Document]) -> list[str]:

@@ -2,6 +2,5 @@
 
 serve_cmd.py     serve, token create / list / revoke
 watch_cmd.py     watch: its options and the order of its steps
-watch_display.py  what it shows on a terminal, or as lines
-watch_kept.py    what is kept of a watched live check: figures, a receipt
+watch_display.py  what it shows, in lines or as JSON
 """

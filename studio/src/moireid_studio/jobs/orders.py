@@ -186,8 +186,4 @@ LABELS = {
     "height_mm": "height of the badge",
     "axes": "fringes",
     "lines": "lines below the name",
-    "people": "number of badges",
-    "spare_percent": "share to spare",
-    "across_mm": "lens sheet across its lenses",
-    "along_mm": "lens sheet along its lenses",
 }

@@ -2,8 +2,7 @@
 
 home.py            first page, help, signing in; how pages are made from templates
 verify.py          a film and its verdict; errors as pages or JSON
-registry_pages.py  records, revoking, audit; verdicts that were given
+registry_pages.py  records, revoking, audit
 issue_pages.py     one person, or an event
-materials.py       what to buy for badges, and how to cut it
 enroll.py          a capture, measured, then kept
 """

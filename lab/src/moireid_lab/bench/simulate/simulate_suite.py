@@ -200,28 +200,13 @@ def speed_at_equal_error(work: list[Row]) -> dict[str, Any] | None:
     its seconds over those of the cheapest analytic setting that errs no more.
     Returns: None without Mitsuba, or where no analytic setting errs as little.
     """
-    found: list[dict[str, Any]] = []
+    found = []
     for row in work:
         if not row["renderer"].startswith("mitsuba") or row["phase_rad"] is None:
             continue
-        equal = [
-            one["seconds"]
-            for one in work
-            if one["renderer"] == "analytic"
-            and one["camera"] == row["camera"]
-            and one["phase_rad"] is not None
-            and one["phase_rad"] <= row["phase_rad"]
-        ]
-        if equal:
-            found.append(
-                {
-                    "times": row["seconds"] / min(equal),
-                    "phase_rad": row["phase_rad"],
-                    "mitsuba": row["renderer"],
-                    "setting": row["setting"],
-                    "camera": row["camera"],
-                }
-            )
+        own = [one for one in work if (one["renderer"], one["camera"]) == ("analytic", row["camera"])]
+        equal = [one["seconds"] for one in own if one["phase_rad"] is not None and one["phase_rad"] <= row["phase_rad"]]
+        found += [row | {"times": row["seconds"] / min(equal)}] if equal else []
     return min(found, key=lambda one: one["times"]) if found else None
 
 
@@ -256,7 +241,7 @@ def speed_sentence(rows: list[Row]) -> str:
         return "no set-up of Mitsuba was measured that errs as much as an analytic setting"
     return (
         f"at equal phase error ({speed['phase_rad']:.4f} rad, {speed['camera']}) the analytic renderer is "
-        f"{speed['times']:.0f} times faster than the best set-up of {speed['mitsuba']} "
+        f"{speed['times']:.0f} times faster than the best set-up of {speed['renderer']} "
         f"({speed['setting'][0]} rays, {speed['setting'][1]} segments)"
     )
 
