@@ -24,7 +24,7 @@ public_view.py  the Registry's methods for outsiders: standing, checkpoints, pro
 batch.py        many badges at once
 opening.py      makes the tables, and checks them
 export_file.py  the export, a JSON file with records, log and public key: written, and read in little memory
-merge.py        import: checks an export and merges it into a registry; notes on names that look alike
+merge.py        import: checks an export and merges it into a registry
 rotate.py       changes the authority's key
 audit.py        checks the whole log and all records; lists what an audit cannot find
 audit_findings.py  what it finds, and its counts
