@@ -35,7 +35,7 @@ SHOWN = ("id", "name", "line", "issued_at", *REVOKED, "compromised_since", *SUSP
 
 @dataclass(frozen=True, kw_only=True)
 class BadgeState:
-    """Whether an issued badge counts, as a record, a bundle or a proof states it.
+    """Whether an issued badge counts, as a record or a bundle states it.
 
     Attributes
     ----------
