@@ -40,9 +40,9 @@ payloads.py         a fixed payload for a name
 registries.py       registries on SQLite and PostgreSQL
 live_verdicts.py    verdicts of a live check, and their headlines
 witnesses.py        roots of logs, and witnesses who sign checkpoints
-fault_runs.py       every file call of a registry fails once, in turn; faults.c is loaded to do it
-fault_runs_postgres.py  every statement and commit that goes to PostgreSQL fails once, in turn
-power_cuts.py       what a power cut leaves of an operation's files, after each of its calls
+fault_runs.py       file calls of a registry fail, one in each run; faults.c is loaded to do it
+fault_runs_postgres.py  statements and commits that go to PostgreSQL fail, one in each run
+power_cuts.py       what a power cut leaves of files, after some calls of an operation
 enrolling.py        what other processes do at a registry
 streams.py          films as they are streamed
 webbing.py          a visit to the studio

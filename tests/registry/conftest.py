@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import sqlite3
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 from kit.registries import Server, badge_of, running_server, url_of
-from moireid.registry import Registry, open_registry
+from moireid.registry import Registry, engine, open_registry
 from moireid.registry.canonical import sha256_hex
 from moireid.registry.seen import Memory, recall
 
@@ -34,6 +35,18 @@ def seen(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Where it is kept what was seen of registries, so that one test's registries are not another's."""
     monkeypatch.setenv("MOIREID_SEEN", str(tmp_path / "seen.sqlite3"))
     return tmp_path / "seen.sqlite3"
+
+
+@pytest.fixture(autouse=True)
+def unsynced(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nothing outlives a test, so nothing need reach the disk; `test_faults` works in processes of its own."""
+    set_up = engine._set_up_sqlite
+
+    def fast(raw: sqlite3.Connection, record: object) -> None:
+        set_up(raw, record)
+        raw.execute("PRAGMA synchronous = OFF")
+
+    monkeypatch.setattr(engine, "_set_up_sqlite", fast)
 
 
 @pytest.fixture

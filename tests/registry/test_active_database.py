@@ -18,7 +18,7 @@ from moireid.idcodes import specimen_of
 from moireid.registry import Registry, claimed, open_registry
 from moireid.registry.log import entry_hash, leaf_of
 
-LOG = "time, action, subject, record_sha256, actor, previous, hash, signature"
+LOG = "time, action, subject, record_sha256, actor, hash, signature"
 
 
 @pytest.fixture

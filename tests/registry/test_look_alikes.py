@@ -20,7 +20,6 @@ from moireid.registry.look_alikes import folded_skeleton, looks_like, skeleton
 from moireid.verifier.identity.decode import Identity
 from moireid.verifier.session.claim import claim_reasons
 from moireid_studio.jobs.orders import VisitorOrder, checked
-
 CYRILLIC = "\u0410d\u0430 L\u043ev\u0435l\u0430\u0441\u0435"
 
 
@@ -141,22 +140,6 @@ def test_the_python_face_warns_too(tmp_path, keys) -> None:
         assert Path(caught[0].filename) == Path(__file__)
         with pytest.warns(LookAlikeWarning, match="'bo' looks like Bo"):
             registry.enroll_many(iter([badge_of("Bo"), badge_of("bo", b"bo......")]))
-
-
-def test_an_import_reports_names_that_came_with_it(tmp_path, keys, monkeypatch) -> None:
-    """Catches: a copy of before that brings in what no enrolment would take, without a word."""
-    with open_registry(url_of(tmp_path / "a.sqlite3"), create=True) as registry:
-        registry.enroll(badge_of("Ada Lovelace"))
-        registry.enroll(badge_of("ADA LOVELACE", b"shouts.."), warned=True)
-        monkeypatch.setattr("moireid.registry.record.hidden_words", lambda name: None)
-        registry.enroll(replace(badge_of("Bo"), name="Bo\u200b"), warned=True)
-        registry.export_json(tmp_path / "a.json")
-    url = url_of(tmp_path / "b.sqlite3")
-    done = CliRunner().invoke(moireid, ["registry", "import", str(tmp_path / "a.json"), "--registry", url, "--json"])
-    answer = json.loads(done.stdout)
-    assert answer["added"] == 3 and len(answer["notes"]) == 2
-    assert "'ADA LOVELACE' and 'Ada Lovelace' look alike" in answer["notes"][0]
-    assert "ZERO WIDTH SPACE" in answer["notes"][1] and "note: " in done.stderr
 
 
 def test_a_claim_with_hidden_letters_is_noted(tmp_path, keys) -> None:

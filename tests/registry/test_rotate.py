@@ -94,7 +94,7 @@ def taken_over(path: Path, key: Signer, to: Signer | None = None) -> str:
         (size,) = database.execute("SELECT head_seq FROM authority").fetchone()
         database.execute("UPDATE log SET subject = 'gone' WHERE action = 'rotate'")
         if to is not None:
-            row = rotation_row(key, to, size, "00" * 32) | {"previous": ""}
+            row = rotation_row(key, to, size, "00" * 32)
             places = ", ".join("?" * len(row))
             database.execute(f"INSERT INTO log ({', '.join(row)}) VALUES ({places})", list(row.values()))
         database.execute("DELETE FROM badges")

@@ -89,20 +89,18 @@ def test_signature_can_be_checked_without_moireid(url, registry):
     registry.enroll(badge)
     (row,) = rows_of(url, "SELECT * FROM badges")
     document = json.dumps(json.loads(badge.to_json()), sort_keys=True, separators=(",", ":"), ensure_ascii=False)
-    fields = {
-        "as_built_at": None,
-        "as_built_sha256": None,
-        "badge_sha256": sha256_hex(document.encode()),
+    absent = "as_built_at as_built_reason as_built_sha256 as_built_earlier_sha256 compromised_since expires revoked_at"
+    absent += " revoked_reason suspended_at suspended_reason"
+    fields = dict.fromkeys(absent.split()) | {
+        "badge_json_sha256": sha256_hex(document.encode()),
         "id": badge.id,
         "issued_at": row["issued_at"],
         "layout_key": badge.layout_key(),
         "name": "Ada",
-        "revoked_at": None,
-        "revoked_reason": None,
         "salt": row["salt"],
     }
     assert len(row["salt"]) == 32
-    text = json.dumps(fields, separators=(",", ":")).encode()
+    text = json.dumps(fields, separators=(",", ":"), sort_keys=True).encode()
     (top,) = rows_of(url, "SELECT * FROM authority")
     key = Ed25519PublicKey.from_public_bytes(bytes.fromhex(top["public_key"]))
     key.verify(bytes.fromhex(row["signature"]), b"moireid registry record 1\n" + text)
@@ -110,7 +108,7 @@ def test_signature_can_be_checked_without_moireid(url, registry):
     assert entry["record_sha256"] == sha256_hex(text) and (entry["action"], entry["seq"]) == ("enroll", 2)
     said = {key: entry[key] for key in ("action", "actor", "record_sha256", "seq", "subject", "time")}
     content = json.dumps(said, separators=(",", ":"), sort_keys=True).encode()
-    assert entry["hash"] == sha256_hex(b"moireid registry log entry 3\n" + content) and entry["previous"] == ""
+    assert entry["hash"] == sha256_hex(b"moireid registry log entry 3\n" + content)
     leaves = [sha256(b"\0" + bytes.fromhex(row["hash"])).digest() for row in rows_of(url, "SELECT hash FROM log")]
     root = sha256(b"\1" + leaves[0] + leaves[1])
     head = f"2:{root.hexdigest()}"

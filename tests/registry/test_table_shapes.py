@@ -14,7 +14,7 @@ from moireid.registry import claimed, open_registry
 #: What is done to the tables: a column of another type or gone, a table that is gone, or is a view.
 CHANGES = {
     "another type": "ALTER TABLE log RENAME TO was; CREATE TABLE log AS SELECT CAST(seq AS TEXT) AS seq, time, action, "
-    "subject, record_sha256, actor, previous, hash, signature FROM was; DROP TABLE was;",
+    "subject, record_sha256, actor, hash, signature FROM was; DROP TABLE was;",
     "no nodes": "DROP TABLE nodes;",
     "nodes as a view": "ALTER TABLE nodes RENAME TO was; CREATE VIEW nodes AS SELECT * FROM was;",
     "log as a view": "ALTER TABLE log RENAME TO was; CREATE VIEW log AS SELECT * FROM was;",

@@ -197,11 +197,14 @@ def check(
         found = opened(envelope)  # 1
     except Broken as broken:
         return replace(empty, faults=(broken,))
-    faults = _signature_faults(found)  # 2
+    faults = []
+    if not found.signed_by(found.key):  # 2
+        words = "The signature does not fit: the report, or the signature or its key, was changed."
+        faults.append(Broken("signature", words))
     if key is not None and fingerprint(key) != fingerprint(found.key):  # 3
         words = f"It was signed by key {fingerprint(found.key)[:16]}…, and not by the given {fingerprint(key)[:16]}…."
         faults.append(Broken("key", words))
-    if any(fault.part in ("report", "signature") for fault in faults):
+    if any(fault.part == "signature" for fault in faults):
         return replace(empty, faults=tuple(faults), opened=found)
     try:
         document = _statement(found)  # 4
@@ -219,16 +222,6 @@ def check(
         faults.append(Broken("film", words))
     name = document["subject"][0]["name"]
     return replace(empty, faults=tuple(faults), opened=found, report=report, film_name=name, stamp=stamp)
-
-
-def _signature_faults(found: EnvelopeParts) -> list[Broken]:
-    if not found.signed_by(found.key):
-        if not found.payload_as_noted:
-            return [Broken("report", "The report was changed after it was signed.")]
-        return [Broken("signature", "The signature is not of the key next to it: one of the two was changed.")]
-    if not found.payload_as_noted:
-        return [Broken("envelope", "The digest next to the signature was changed; report and signature were not.")]
-    return []
 
 
 def _statement(found: EnvelopeParts) -> dict[str, Any]:

@@ -1,14 +1,13 @@
 """The signed statement as a DSSE envelope: made with one signature, and read strictly.
 
-Next to the signature the envelope has the public key, its certificates, a time stamp, and the digest of the payload.
-These are not signed, so they prove nothing.  They allow a check without a key at hand, and show which part was changed.
+Next to the signature the envelope has the public key, its certificates and a time stamp.
+These are not signed, so they prove nothing.  They allow a check without a key at hand.
 Source: DSSE v1 (https://github.com/secure-systems-lab/dsse), by securesystemslib.
 """
 
 from __future__ import annotations
 
 import base64
-import hashlib
 import json
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -56,10 +55,10 @@ class Broken(Exception):
 
 @dataclass(frozen=True)
 class EnvelopeParts:
-    """An envelope's parts, each well-formed; the signature and the digest are not checked yet.
+    """An envelope's parts, each well-formed; the signature is not checked yet.
 
     payload: the signed bytes; signature: over them; key: the public key next to it; certificates: the key's own, then
-    those above; timestamp: an RFC 3161 response (DER) or None; payload_sha256: the digest next to the signature.
+    those above; timestamp: an RFC 3161 response (DER) or None.
     """
 
     payload: bytes
@@ -67,12 +66,6 @@ class EnvelopeParts:
     key: PublicKey
     certificates: tuple[x509.Certificate, ...]
     timestamp: bytes | None
-    payload_sha256: str
-
-    @property
-    def payload_as_noted(self) -> bool:
-        """Whether the payload has the digest that is next to the signature."""
-        return hashlib.sha256(self.payload).hexdigest() == self.payload_sha256
 
     @property
     def is_low_s(self) -> bool:
@@ -122,7 +115,6 @@ def signed_envelope(payload: bytes, key: SigningKey, stamp: Callable[[bytes], by
         "sig": base64.b64encode(raw).decode(),
         "publicKey": public_pem(key.public),
         "certificates": [certificate_pem(one) for one in key.chain],
-        "payloadSha256": hashlib.sha256(payload).hexdigest(),
     }
     if stamp is not None:
         unsigned["timestamp"] = base64.b64encode(stamp(raw)).decode()
@@ -169,7 +161,6 @@ def opened(content: bytes) -> EnvelopeParts:
         key,
         _certificates(signature.get("certificates", [])),
         _decoded("timestamp", signature["timestamp"], "The time stamp") if "timestamp" in signature else None,
-        str(signature.get("payloadSha256")),
     )
 
 

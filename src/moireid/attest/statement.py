@@ -138,14 +138,9 @@ def statement(report: dict[str, Any], film_name: str) -> bytes:
     return json.dumps(document, allow_nan=False).encode("ascii")
 
 
-def statement_schema() -> str:
-    """JSON Schema (2020-12) of the statement, as text; it refers to the report's."""
-    return _schema_text("attestation.schema")
-
-
 def statement_fault(document: dict[str, Any]) -> str | None:
     """The first way in which a statement breaks its schema, in words; None where it breaks none of its rules."""
-    if (fault := schema_fault(document, statement_schema(), _schema_text("report.schema"))) is not None:
+    if (fault := schema_fault(document, _schema_text("attestation.schema"), _schema_text("report.schema"))) is not None:
         return fault
     subject, judged = document["subject"][0]["digest"]["sha256"], document["predicate"]["input"]["sha256"]
     return None if subject == judged else "its report is of another film than its subject"

@@ -49,6 +49,7 @@ REMOVED = {
     "verify --detector": "leave it out: other programs' scores are no part of a verdict",
     "verify --schema": "the schema is in the package: moireid/schema/report.schema.json",
     "lab evaluate --film-limit": "films are read where they are; mount an archive that is elsewhere",
+    "attest check --schema": "the schema is in the package: moireid/schema/attestation.schema.json",
     "verify --photographs": "no film shows how many photographs it was made of; use --level live, or leave it out",
     "calibrate-camera": "use calibrate --camera --out chart.pdf for the chart, and calibrate FILM --camera for its "
     "film",

@@ -20,16 +20,16 @@ claimed.py      the badge that a claim means; who holds a badge; whom identifica
 store.py        the Registry: enroll, and calls to the other modules
 queries.py      the Registry's methods that only read: find, list, search, the log's entries
 changes.py      the Registry's methods that change a badge after its issue, or erase a person or an actor
-public_view.py  the Registry's methods for outsiders: standing, checkpoints, proofs, bundles
+public_view.py  the Registry's methods for outsiders: standing, checkpoints, bundles
 batch.py        many badges at once
 opening.py      makes the tables, and checks them
 export_file.py  the export, a JSON file with records, log and public key: written, and read in little memory
-merge.py        import: checks an export and merges it into a registry; notes on names that look alike
+merge.py        import: checks an export and merges it into a registry
 rotate.py       changes the authority's key
 audit.py        checks the whole log and all records; lists what an audit cannot find
 audit_findings.py  what it finds, and its counts
 signing/        the private key in a process of its own
-checkpoints/    signed checkpoints that others keep, proofs, and whether a record is the newest
+checkpoints/    signed checkpoints that others keep, and signatures of witnesses on them
 bundle/         what a verifier needs, in one signed file
 """
 

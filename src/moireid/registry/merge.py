@@ -15,10 +15,9 @@ A person who was erased in the export is erased in the registry afterwards.
 from __future__ import annotations
 
 import tempfile
-import unicodedata
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +25,6 @@ from sqlalchemy import Column, ColumnElement, Connection, Table, delete, func, i
 from sqlalchemy.engine import URL
 
 from moireid.errors import RegistryError
-from moireid.names import hidden_words
 from moireid.registry import schema
 from moireid.registry.audit import audit
 from moireid.registry.engine import chunks, clean
@@ -53,16 +51,12 @@ class Import:
         Records that were here already, without a difference.
     erased : int
         Records that were here, of people who were erased meanwhile.
-    notes : tuple of str
-        If records were added: names that look like others here, or hold invisible letters; and that this state is
-        older than one that was seen, so that every reader refuses it.
     """
 
     added: int
     changed: int
     unchanged: int
     erased: int = 0
-    notes: tuple[str, ...] = ()
 
 
 @contextmanager
@@ -95,16 +89,7 @@ def merge(source: Ledger, target: Ledger, actor: str) -> Import:
     done = _merged(source, target, actor)
     if done.erased:
         clean(target.engine)
-    return replace(done, notes=(*_refused(target), *notes_on(target.unchecked()))) if done.added else done
-
-
-def _refused(target: Ledger) -> list[str]:
-    """The sentence by which each reader refuses a registry that took in an older state than was seen; else nothing."""
-    try:
-        target.standing()
-    except RegistryError as error:
-        return [str(error)]
-    return []
+    return done
 
 
 def _merged(source: Ledger, target: Ledger, actor: str) -> Import:
@@ -190,25 +175,3 @@ def _copy_log(there: Connection, here: Connection, newer: ColumnElement[bool] | 
 
 def _count(connection: Connection) -> int:
     return connection.scalar(select(func.count()).select_from(badges)) or 0
-
-
-#: At most this many groups of names of each kind are reported, with at most this many names each.
-MOST_NAMES = 20
-
-
-def notes_on(ledger: Ledger) -> tuple[str, ...]:
-    """A sentence for each group of names in the registry that look alike, and for each name with hidden letters.
-
-    An import accepts such names: an older registry may hold them, and a backup must be restored whole.
-    """
-    found = []
-    for look in (badges.c.skeleton, badges.c.folded):
-        several = select(look).group_by(look).having(func.count(badges.c.name_nfc.distinct()) > 1).limit(MOST_NAMES)
-        for row in ledger.rows(several):
-            names = ledger.rows(select(badges.c.name_nfc).where(look == row[0]).distinct().limit(MOST_NAMES))
-            listed = " and ".join(repr(one) for one in sorted(name for (name,) in names))
-            found.append(f"the names {listed} look alike, and are of different people")
-    for (name,) in ledger.rows(select(badges.c.name_nfc).where(badges.c.name_nfc.is_not(None))):
-        if not name.isascii() and (words := hidden_words(unicodedata.normalize("NFC", name))):
-            found.append(f"the name {name!r} {words}")
-    return tuple(dict.fromkeys(found))

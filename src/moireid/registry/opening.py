@@ -86,13 +86,9 @@ def _check_version(connection: Connection, shown: str) -> None:
     found = list(connection.scalars(select(schema.schema_version.c.version)))
     if found == [schema.SCHEMA_VERSION]:
         return
-    if found and max(found) < schema.SCHEMA_VERSION:
-        remedy = "an unreleased version made it, so make another registry, and enroll the badges anew"
-    else:
-        remedy = "open it with the moireid that wrote it, or a newer one"
     raise RegistryError(
         f"registry {shown} has schema version {', '.join(map(str, found)) or 'none'}, and this moireid reads version "
-        f"{schema.SCHEMA_VERSION}; {remedy}",
+        f"{schema.SCHEMA_VERSION}; open it with the moireid that wrote it, or a newer one",
         found=found,
         supported=schema.SCHEMA_VERSION,
     )

@@ -15,7 +15,6 @@ from moireid.registry.checkpoints.checkpoint import ORIGIN, Checkpoint, sign_che
 from moireid.registry.checkpoints.cosignature import Quorum
 from moireid.registry.checkpoints.note import authority_key
 from moireid.registry.keys import as_fingerprint
-from moireid.registry.log import Head
 from moireid.registry.queries import RegistryQueries
 from moireid.registry.record import Record
 
@@ -158,7 +157,7 @@ class PublicView(RegistryQueries):
                 "was forked; ask those who run it, and look with `moireid registry audit --since`",
                 code="forked",
             )
-        ledger.witnessed = Head(checkpoint.size, checkpoint.root.hex())
+        ledger.witnessed = checkpoint.head
         return signers
 
     def publish(

@@ -22,19 +22,20 @@ from moireid.registry.keys import RECORD, Authority, Signs
 from moireid.registry.look_alikes import folded_skeleton, skeleton
 
 REVOKED, SUSPENDED = ("revoked_at", "revoked_reason"), ("suspended_at", "suspended_reason")
-#: Fields that are signed only if they have a value.
-OPTIONAL = ("salt", *SUSPENDED, "expires", "compromised_since", "as_built_reason")
 #: Documents that are signed by their SHA-256, and stored packed.
 DOCUMENTS = ("as_built", "as_built_earlier")
 #: Fields that are stored and signed as they are.
-PLAIN = ("id", "issued_at", "layout_key", "as_built_at", *REVOKED, *OPTIONAL)
+PLAIN = (
+    *("id", "issued_at", "layout_key", "as_built_at", "as_built_reason", "salt"),
+    *(*REVOKED, "compromised_since", *SUSPENDED, "expires"),
+)
 #: Fields that lists show.
 SHOWN = ("id", "name", "line", "issued_at", *REVOKED, "compromised_since", *SUSPENDED, "expires")
 
 
 @dataclass(frozen=True, kw_only=True)
 class BadgeState:
-    """Whether an issued badge counts, as a record, a bundle or a proof states it.
+    """Whether an issued badge counts, as a record or a bundle states it.
 
     Attributes
     ----------
@@ -190,15 +191,11 @@ class Record(BadgeState):
     @cached_property
     def signed_text(self) -> bytes:
         """What the authority signs: canonical JSON of all fields, documents by their SHA-256."""
-        fields = {
-            "as_built_sha256": None if self.as_built is None else sha256_hex(self.as_built.encode()),
-            "badge_sha256": sha256_hex(self.badge_json.encode()),
-            "name": self.name,
-        }
-        if self.as_built_earlier is not None:
-            fields["as_built_earlier_sha256"] = sha256_hex(self.as_built_earlier.encode())
-        plain = {name: getattr(self, name) for name in PLAIN if name not in OPTIONAL or getattr(self, name) is not None}
-        return canonical_json(fields | plain).encode()
+        fields = {name: getattr(self, name) for name in ("name", *PLAIN)}
+        for name in ("badge_json", *DOCUMENTS):
+            text = getattr(self, name)
+            fields[f"{name}_sha256"] = None if text is None else sha256_hex(text.encode())
+        return canonical_json(fields).encode()
 
     def digest(self) -> str:
         """Hash the signed text, as the log holds it.

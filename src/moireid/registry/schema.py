@@ -108,8 +108,6 @@ log = Table(
     Column("subject", _text, nullable=False),
     Column("record_sha256", _text, nullable=False),
     Column("actor", _text, nullable=False),
-    # Not used: it keeps registries and exports that have it readable.
-    Column("previous", _text, nullable=False, default=""),
     Column("hash", _text, nullable=False),
     Column("signature", _text, nullable=False),
 )

@@ -3,8 +3,7 @@
 A process that reads a film needs to read and write open files, to compute on threads and to exit.  All else is refused:
 the network, other programs, other processes, and changes of file permissions.
 
-A call that is on no list here fails with "not implemented", so that a newer C library falls back to an older call.  A
-call that is forbidden by name fails with "not permitted".
+A call that is not allowed here fails with "not implemented", so that a newer C library falls back to an older call.
 Source: the groups of systemd (`systemd-analyze syscall-filter`) and the default profile of container engines, with the
     calls that FFmpeg, OpenCV and NumPy were seen to make; by libseccomp (`seccomp.py`).
 """
@@ -14,16 +13,15 @@ from __future__ import annotations
 import errno
 import os
 
-from moireid.sandbox.seccomp import ALLOW, EQ, MASKED_EQ, NE, Argument, Filter, refuse
+from moireid.sandbox.seccomp import ALLOW, EQ, MASKED_EQ, Argument, Filter, refuse
 
 #: clone(2): the new task is a thread of this process.
 CLONE_THREAD = 0x10000
 #: ioctl(2) that Python asks of files: are you a terminal, how wide, how much is there, and close at exec.
 FILE_QUESTIONS = (0x5401, 0x5413, 0x541B, 0x5421, 0x5450, 0x5451)
-#: fcntl(2): copies, flags and locks of open files, the size of a pipe, and seals of memory.
+#: fcntl(2): copies, flags and locks of open files, the size of a pipe, and seals of memory; and not F_SETOWN, F_SETSIG
+#: and F_SETOWN_EX, by which the kernel sends a signal of one's choice to a process of one's choice.
 FILE_COMMANDS = (*range(8), *range(12, 15), 36, 37, 38, 1030, 1031, 1032, 1034)
-#: fcntl(2) F_SETOWN, F_SETSIG, F_SETOWN_EX: the kernel sends a signal of one's choice to a process of one's choice.
-SIGNAL_COMMANDS = (8, 10, 15)
 #: An int: the kernel looks at no more of an argument.
 INT = 0xFFFFFFFF
 
@@ -49,19 +47,6 @@ ALLOWED = {
     "epoll_ctl epoll_wait epoll_pwait epoll_pwait2 eventfd eventfd2",
     "chance": "getrandom",
 }
-FORBIDDEN = {
-    "network": "socket socketpair socketcall connect bind listen accept accept4 sendto sendmsg sendmmsg recvfrom "
-    "recvmsg recvmmsg shutdown io_uring_setup io_uring_enter io_uring_register",
-    "programs": "execve execveat fork vfork memfd_create",
-    "processes": "ptrace process_vm_readv process_vm_writev process_madvise pidfd_open pidfd_getfd pidfd_send_signal "
-    "rt_sigqueueinfo rt_tgsigqueueinfo tkill kcmp perf_event_open",
-    "rights": "chmod fchmod fchmodat fchmodat2 chown fchown lchown fchownat setuid setgid setreuid setregid "
-    "setresuid setresgid setgroups setfsuid setfsgid capset link linkat symlink symlinkat mknod mknodat truncate "
-    "utimensat setxattr fsetxattr lsetxattr name_to_handle_at open_by_handle_at",
-    "system": "mount umount2 pivot_root chroot unshare setns bpf keyctl add_key request_key userfaultfd init_module "
-    "finit_module delete_module kexec_load kexec_file_load reboot swapon swapoff sethostname setdomainname "
-    "settimeofday clock_settime acct quotactl personality iopl ioperm shmget shmat msgget semget mq_open",
-}
 
 
 def filter_calls() -> None:
@@ -75,40 +60,33 @@ def filter_calls() -> None:
 
 
 def _add_rules(rules: Filter) -> None:
-    """Add the rules of `ALLOWED` and `FORBIDDEN`, and those that look at arguments.  Raises: OSError."""
-    refused, own = refuse(errno.EPERM), os.getpid()
+    """Add the rules of `ALLOWED`, and those that look at arguments.  Raises: OSError."""
+    own = os.getpid()
 
-    def add(action: int, name: str, *where: Argument) -> None:
+    def allow(name: str, *where: Argument) -> None:
         try:
-            rules.add(action, name, *where)
+            rules.add(ALLOW, name, *where)
         except (OSError, LookupError):
             # This library, or this processor, has no such call; then it gives "not implemented".
-            if action == ALLOW and name in ("read", "write", "mmap", "futex", "exit_group"):
+            if name in ("read", "write", "mmap", "futex", "exit_group"):
                 raise
 
-    for action, groups in ((ALLOW, ALLOWED), (refused, FORBIDDEN)):
-        for name in " ".join(groups.values()).split():
-            add(action, name)
-    add(ALLOW, "clone", Argument(0, MASKED_EQ, CLONE_THREAD, CLONE_THREAD))
-    add(refused, "clone", Argument(0, MASKED_EQ, CLONE_THREAD, 0))
+    for name in " ".join(ALLOWED.values()).split():
+        allow(name)
+    allow("clone", Argument(0, MASKED_EQ, CLONE_THREAD, CLONE_THREAD))
     for name in ("kill", "tgkill"):
-        add(ALLOW, name, Argument(0, EQ, own))
-        add(refused, name, Argument(0, NE, own))
+        allow(name, Argument(0, EQ, own))
     for process in (0, own):
         for name in ("prlimit64", "sched_setaffinity"):
-            add(ALLOW, name, Argument(0, EQ, process))
+            allow(name, Argument(0, EQ, process))
     for name in ("fcntl", "fcntl64"):
         for command in FILE_COMMANDS:
-            add(ALLOW, name, Argument(1, MASKED_EQ, INT, command))
-        for command in SIGNAL_COMMANDS:
-            add(refused, name, Argument(1, MASKED_EQ, INT, command))
+            allow(name, Argument(1, MASKED_EQ, INT, command))
     # A process that may read a file could truncate it: Landlock refuses that only since Linux 6.2.
     # openat2 is left out, as its flags lie in memory, where a filter cannot look.
     for name, place in (("open", 1), ("openat", 2)):
-        add(ALLOW, name, Argument(place, MASKED_EQ, os.O_TRUNC, 0))
+        allow(name, Argument(place, MASKED_EQ, os.O_TRUNC, 0))
         for way in (os.O_WRONLY, os.O_RDWR):
-            add(ALLOW, name, Argument(place, MASKED_EQ, os.O_TRUNC | os.O_ACCMODE, os.O_TRUNC | way))
-        emptied = Argument(place, MASKED_EQ, os.O_TRUNC | os.O_ACCMODE, os.O_TRUNC)
-        add(refused, name, emptied)
+            allow(name, Argument(place, MASKED_EQ, os.O_TRUNC | os.O_ACCMODE, os.O_TRUNC | way))
     for question in FILE_QUESTIONS:
-        add(ALLOW, "ioctl", Argument(1, EQ, question))
+        allow("ioctl", Argument(1, EQ, question))

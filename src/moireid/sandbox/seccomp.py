@@ -12,8 +12,8 @@ from functools import cache
 from types import TracebackType
 
 ALLOW = 0x7FFF0000
-#: Of comparisons of an argument: not equal, equal, and equal in the bits of a mask.
-NE, EQ, MASKED_EQ = 1, 4, 7
+#: Of comparisons of an argument: equal, and equal in the bits of a mask.
+EQ, MASKED_EQ = 4, 7
 #: Attributes: what becomes of a call by the numbers of another processor (x32, i386); load the filter into all threads.
 _OTHER_NUMBERS, _ALL_THREADS = 2, 4
 #: End the whole process: if only the thread that called ends, the others wait for it.

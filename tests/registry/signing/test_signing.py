@@ -25,8 +25,9 @@ from moireid.registry import open_registry
 from moireid.registry.bundle.bundle_file import ORIGIN
 from moireid.registry.keys import ENTRY, NOTE, RECORD, ROOT, Signer
 from moireid.registry.log import entry_text, rotation_of, rotation_row
+from moireid.registry.signing import client
 from moireid.registry.signing import signer_process as signing
-from moireid.registry.signing.client import NOTE_ORIGINS, AskingSigner, SignerMessage, make_key, of_kind
+from moireid.registry.signing.client import NOTE_ORIGINS, AskingSigner, make_key, of_kind
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="Windows lacks such sockets")
 
@@ -138,7 +139,7 @@ def test_the_log_is_given_to_no_key_of_a_client(signer: str) -> None:
 def test_a_signature_that_does_not_hold_is_not_taken(signer: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Catches: a registry made unsound by a broken signer."""
     own = Signer(Ed25519PrivateKey.generate()).authority
-    monkeypatch.setattr(AskingSigner, "_exchange", lambda self, message: json.dumps({"signature": "00" * 64}).encode())
+    monkeypatch.setattr(client, "_answer", lambda path, message: {"signature": "00" * 64})
     with pytest.raises(RegistryError, match="a signature that does not hold"):
         AskingSigner(signer, own).sign(ROOT, b"1:" + b"0" * 64)
 
@@ -170,8 +171,7 @@ def test_silent_clients_keep_no_one_out(tmp_path: Path, monkeypatch: pytest.Monk
             one.settimeout(10)
             with contextlib.suppress(ConnectionError):
                 assert one.recv(1) == b""
-        # Its own connection was idle, too, and is made anew.
-        assert asking._ask(SignerMessage("know", asking.authority.public_hex))["fingerprint"]
+        assert asking.sign(ROOT, b"1:" + b"0" * 64)
         for one in idle:
             one.close()
         server.shutdown()

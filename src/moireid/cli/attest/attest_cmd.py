@@ -17,15 +17,6 @@ if TYPE_CHECKING:
     from moireid.provenance import AuthorityKey, BadgeHolder
 
 
-def _show_schema(context: click.Context, parameter: click.Parameter, asked: bool) -> None:
-    """Print the schema and leave, before a file is asked for."""
-    if asked and not context.resilient_parsing:
-        from moireid.attest.statement import statement_schema
-
-        click.echo(statement_schema(), nl=False)
-        context.exit()
-
-
 #: Whom a check expected, in words.
 EXPECTED = {
     "key": "the key that you gave",
@@ -71,14 +62,6 @@ def attest_group() -> None:
     type=click.Path(path_type=Path),
     help="Certificates of the time authority that you trust, its root among them. Without it a time stamp is not "
     "believed.",
-)
-@click.option(
-    "--schema",
-    is_flag=True,
-    is_eager=True,
-    expose_value=False,
-    callback=_show_schema,
-    help="Print the JSON Schema of what is signed, and exit.",
 )
 @click.option(
     "--registry",

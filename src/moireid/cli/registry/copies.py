@@ -25,7 +25,7 @@ from moireid.cli.common import (
     show_json,
 )
 from moireid.cli.registry.records import registry_command, registry_group
-from moireid.errors import SpecError
+from moireid.errors import RegistryError, SpecError
 
 if TYPE_CHECKING:
     from moireid.registry import Registry
@@ -109,9 +109,12 @@ def registry_import(path: Path, actor: str | None, registry_url: str | None, as_
     from moireid.registry import import_registry, open_registry
 
     done = import_registry(path, registry_url, actor=actor)
-    for note in done.notes:
-        say(f"note: {note}")
     with open_registry(registry_url, create=False) as registry:
+        try:
+            registry.check_head()
+        except RegistryError as error:
+            # Of an older state than was seen, which every reader refuses.
+            say(f"note: {error}")
         if as_json:
             show_json(asdict(done) | {"registry": registry.shown_url, "fingerprint": registry.fingerprint})
             return

@@ -8,7 +8,7 @@ revoke, suspend, reinstate      whether a badge counts after its issue
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
@@ -41,13 +41,11 @@ def registry_command(
     *options: Callable[[click.Command], click.Command],
     create: bool = False,
     writes: bool = False,
-    check: Callable[[Mapping[str, Any]], None] = lambda given: None,
 ) -> Callable[[Callable[..., None]], click.Command]:
     """Make a command of a function whose first argument is an open registry.
 
     Parameters: options: those between --registry and --json in the help; create: make the registry if it is absent;
-        writes: the log names who does it; check: refuses the options by themselves, before the registry is opened, and
-        perhaps made.
+        writes: the log names who does it.
     """
 
     def decorate(function: Callable[..., None]) -> click.Command:
@@ -55,7 +53,6 @@ def registry_command(
         def run(registry_url: str | None, actor: str | None = None, **given: Any) -> None:
             from moireid.registry import open_registry
 
-            check(given)
             with open_registry(registry_url, create=create, actor=actor) as registry:
                 try:
                     function(registry, **given)
@@ -200,14 +197,7 @@ def registry_log(registry: Registry, claim: str | None, limit: int, as_json: boo
         echo(f"{entry.seq:>6}  {entry.time}  {entry.action:<11}  {entry.subject}  {who}")
 
 
-def _sure(given: Mapping[str, Any]) -> None:
-    if not given["sure"]:
-        raise SpecError(
-            f"erasing {given['claim'][:80]!r} cannot be taken back, so nothing was done; add --yes if you mean it"
-        )
-
-
-@registry_command("erase", writes=True, check=_sure)
+@registry_command("erase", writes=True)
 @click.argument("claim", metavar="NAME|ID")
 @click.option(
     "--from-log",
@@ -225,6 +215,8 @@ def registry_erase(registry: Registry, claim: str, from_log: bool, sure: bool, a
     What this cannot reach: copies, backups and exports of the registry, bundles that others fetched before, and files
     of the badge itself.
     """
+    if not sure:
+        raise SpecError(f"erasing {claim[:80]!r} cannot be taken back, so nothing was done; add --yes if you mean it")
     done = registry.erase_actor(claim) if from_log else registry.erase(claim)
     shown = registry.shown_url
     if as_json:

@@ -116,10 +116,8 @@ def read_bundle_file(path: Path) -> tuple[Header, Authority, BundleContent]:
         raise RegistryError(f"{path} is no bundle of a registry; give a file that `moireid registry publish` wrote")
     begin = first.end() + int(first[2])
     if (version := int(first[1])) != VERSION:
-        older = "an unreleased version made it, so have it published again"
         raise RegistryError(
-            f"bundle {path} is of format {version}, and this moireid reads format {VERSION}; "
-            f"{older if version < VERSION else 'install a newer moireid'}"
+            f"bundle {path} is of format {version}, and this moireid reads format {VERSION}; install a newer moireid"
         )
     try:
         header, authority = _header(whole[first.end() : begin].decode())

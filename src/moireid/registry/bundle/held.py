@@ -228,7 +228,7 @@ class Bundle:
         source = f"of bundle {self.path}"
         checkpoint = checkpoint_from(self._content.checkpoint, f"the text {source}")
         checkpoint.check(self.authority, source)
-        if Head(checkpoint.size, checkpoint.root.hex()) != self._head:
+        if checkpoint.head != self._head:
             raise RegistryError(
                 f"bundle {self.path} holds a checkpoint of another log than its own, so its witnesses say nothing of "
                 "it; fetch a newer one",

@@ -29,7 +29,6 @@ from moireid.registry.canonical import canonical_json, sha256_hex
 from moireid.registry.checkpoints.checkpoint import Checkpoint, sign_checkpoint
 from moireid.registry.engine import sqlite_file
 from moireid.registry.ledger import Ledger, select_rotations
-from moireid.registry.log import Head
 from moireid.registry.look_alikes import folded_skeleton, skeleton
 from moireid.registry.record import BadgeState, Fault, Record
 from moireid.registry.schema import badges, pages, select_records
@@ -55,14 +54,20 @@ def publish(
     signer = ledger.signer()
     with ledger.snapshot() as connection:
         tree = ledger.tree_in(connection)
-        entries, versions, head = [], dict[str, str](), Head(tree.size, tree.root.hex())
+        entries, versions, head = [], dict[str, str](), tree.head
         for entry in tree.entries():
             entries.append(bytes.fromhex(entry["hash"]))
             versions[entry["subject"]] = entry["record_sha256"]
         if checkpoint is None:
             checkpoint = sign_checkpoint(tree, signer)
         else:
-            _check_present(checkpoint, head, ledger)
+            checkpoint.check(ledger.authority, f"of {checkpoint.date}")
+            if checkpoint.head != head:
+                raise RegistryError(
+                    f"the checkpoint of {checkpoint.date} is of {checkpoint.size} log entries, and {ledger.called} has "
+                    f"another log, of {head.seq}; have a checkpoint of today's log cosigned, and publish before it "
+                    "grows"
+                )
         records, layouts = _records(ledger, connection, specimen, versions)
         turned = [dict(row._mapping) for row in connection.execute(select_rotations())]
     people = _people(records, progress)
@@ -81,16 +86,6 @@ def publish(
         temporary.write_bytes(header.sealed_file(signer, content))
         read_bundle_file(temporary)
     return header
-
-
-def _check_present(checkpoint: Checkpoint, head: Head, ledger: Ledger) -> None:
-    """Raise RegistryError unless a checkpoint is of the log as it is now."""
-    checkpoint.check(ledger.authority, f"of {checkpoint.date}")
-    if Head(checkpoint.size, checkpoint.root.hex()) != head:
-        raise RegistryError(
-            f"the checkpoint of {checkpoint.date} is of {checkpoint.size} log entries, and {ledger.called} has another "
-            f"log, of {head.seq}; have a checkpoint of today's log cosigned, and publish before the log grows"
-        )
 
 
 def _records(

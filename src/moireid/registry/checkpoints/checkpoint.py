@@ -19,6 +19,7 @@ from moireid.errors import RegistryError
 from moireid.registry.canonical import utc_now
 from moireid.registry.checkpoints.note import opened, parted, signed_note
 from moireid.registry.keys import FINGERPRINT_DIGITS, Authority, Signs
+from moireid.registry.log import Head
 from moireid.registry.log_tree import LogTree
 
 ORIGIN = "moireid/registry/"
@@ -47,6 +48,11 @@ class Checkpoint:
     root: bytes
     date: str
     note: str
+
+    @property
+    def head(self) -> Head:
+        """Size and root, as the log's head states them."""
+        return Head(self.size, self.root.hex())
 
     def check(self, authority: Authority, source: str) -> None:
         """Check the signature.

@@ -10,8 +10,6 @@ from __future__ import annotations
 import os
 import re
 import socket
-import threading
-from collections.abc import Callable
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Literal
@@ -67,7 +65,7 @@ def _is_record(content: bytes) -> bool:
         fields = msgspec.json.decode(content, type=dict[str, object])
     except (ValueError, RecursionError):
         return False
-    return {"badge_sha256", "id", "issued_at", "layout_key", "name"} <= set(fields)
+    return {"badge_json_sha256", "id", "issued_at", "layout_key", "name"} <= set(fields)
 
 
 def entry_of(content: bytes) -> LogEntry | None:
@@ -100,10 +98,8 @@ class AskingSigner:
     """
 
     def __init__(self, path: str, authority: Authority) -> None:
-        self._path, self._lock = path, threading.Lock()
-        self._line: Connection | None = None
-        self.authority = authority
-        self._ask(SignerMessage("know", authority.public_hex))
+        self._path, self.authority = path, authority
+        _answer(path, SignerMessage("know", authority.public_hex))
 
     def sign(self, domain: bytes, content: bytes) -> str:
         """The signature over `content` in `domain`, 128 hex digits.
@@ -118,25 +114,12 @@ class AskingSigner:
 
     def _signature(self, kind: str, content: bytes, domain: bytes, signed: bytes) -> str:
         """Parameters: content: what the process gets; signed: what it signs in `domain`."""
-        signature = self._ask(SignerMessage("sign", self.authority.public_hex, kind, content)).get("signature")
+        asked = SignerMessage("sign", self.authority.public_hex, kind, content)
+        signature = _answer(self._path, asked).get("signature")
         # An invalid signature would make the registry unsound, and no one would know since when.
         if not self.authority.signed(domain, signed, signature):
             raise RegistryError(f"the signer at {self._path} gave a signature that does not hold; start it anew")
         return str(signature)
-
-    def _ask(self, message: SignerMessage) -> dict[str, str]:
-        return _answer(self._path, message, self._exchange)
-
-    def _exchange(self, message: bytes) -> bytes:
-        """Send a message and return the answer; the connection is kept, and renewed if the process was restarted."""
-        with self._lock:
-            if self._line is not None:
-                try:
-                    return _once(self._line, message)
-                except (OSError, EOFError):
-                    self._line = None
-            self._line = _connected(self._path)
-            return _once(self._line, message)
 
 
 def load_signer(authority: Authority, shown: str) -> Signs:
@@ -160,11 +143,7 @@ def make_key() -> tuple[Signs, Path | None]:
     path = signer_address()
     if path is None:
         return new_key()
-
-    def exchange(message: bytes) -> bytes:
-        return _once(_connected(path), message)
-
-    return AskingSigner(path, Authority(_answer(path, SignerMessage("make"), exchange)["public"])), None
+    return AskingSigner(path, Authority(_answer(path, SignerMessage("make"))["public"])), None
 
 
 def signer_address() -> str | None:
@@ -173,9 +152,13 @@ def signer_address() -> str | None:
     return str(expanded(given).absolute()) if given else None
 
 
-def _answer(path: str, message: SignerMessage, exchange: Callable[[bytes], bytes]) -> dict[str, str]:
+def _answer(path: str, message: SignerMessage) -> dict[str, str]:
     try:
-        answer = msgspec.json.decode(exchange(msgspec.json.encode(message)), type=dict[str, str])
+        with _connected(path) as line:
+            line.send_bytes(msgspec.json.encode(message))
+            if not line.poll(WAIT_S):
+                raise OSError(0, "no answer")
+            answer = msgspec.json.decode(line.recv_bytes(LONGEST), type=dict[str, str])
     except (OSError, EOFError, ValueError) as error:
         reason = getattr(error, "strerror", None) or "it ended, or said what cannot be read"
         raise RegistryError(
@@ -197,10 +180,3 @@ def _connected(path: str) -> Connection:
         raise
     made.settimeout(None)
     return Connection(made.detach())
-
-
-def _once(line: Connection, message: bytes) -> bytes:
-    line.send_bytes(message)
-    if not line.poll(WAIT_S):
-        raise OSError(0, "no answer")
-    return line.recv_bytes(LONGEST)
