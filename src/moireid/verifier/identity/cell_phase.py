@@ -20,12 +20,14 @@ from numpy.typing import NDArray
 from moireid.badge import Badge, Grating
 from moireid.frames import own_rect
 from moireid.idcodes.family import CellReading
+from moireid.idcodes.pitch import steps_from_reference
 from moireid.idcodes.spacing import PHASE_LEVELS, nearest_place
 from moireid.layers import is_smooth
-from moireid.verifier import measuring
+from moireid.verifier import limits, measuring
 from moireid.verifier.fringes.signals import Measurement
 from moireid.verifier.fringes.sinusoid import Complex
 from moireid.verifier.fringes.strip_law import strip_law
+from moireid.verifier.fringes.strip_phase import StripPhase
 from moireid.verifier.identity.cell_slip import RowMotion, row_motion
 from moireid.verifier.identity.cell_waveform import (
     Moments,
@@ -35,7 +37,7 @@ from moireid.verifier.identity.cell_waveform import (
     match_symbol,
     moments,
 )
-from moireid.verifier.identity.neighbour_lines import ahead_of_own_lines, beat_steps
+from moireid.verifier.identity.neighbour_lines import ahead_of_own_lines
 from moireid.verifier.tracking.brightness_profiles import Strip, rims_of
 from moireid.verifier.tracking.track import Track
 
@@ -52,6 +54,8 @@ SHAPE_FRAMES = 48
 TWIST_FRAMES, TWIST_STEPS = 128, 400
 #: A smooth grating's cells are read so often with what their neighbours add, by the symbols read before.
 NEIGHBOUR_PASSES = 2
+UNREAD = CellReading(math.nan, math.inf, math.nan, math.inf)
+"""A cell that no frame shows."""
 
 
 @dataclass(frozen=True)
@@ -119,7 +123,9 @@ def read_cells(track: Track, measurement: Measurement, grating: int, field: Fiel
         rows.append(_Row(strip, seen, phase, moments(seen, phase), members, np.zeros(phase.shape[1])))
     cells, ahead_rad = _placed(rows, shape, field, own)
     if is_smooth(own):
-        steps = beat_steps(track, measurement, grating)
+        uniform = uniform_readings(track, measurement, grating)
+        beats = steps_from_reference([uniform.get(cell, UNREAD) for cell in range(len(own.cells))], own)
+        steps = [round(beats[cell][0]) for cell in sorted(uniform)]
         before: dict[int, int] = {}
         for _ in range(NEIGHBOUR_PASSES):
             places = {cell: nearest_place(found.phase_rad) for cell, found in cells.items()}
@@ -206,6 +212,30 @@ def _shape(track: Track, measurement: Measurement, grating: int, field: Field) -
             seen.append(_in_contrasts(track.profiles[index][frames], field, frames).ravel())
             phases.append(_field_phase(track.badge, strip, measurement, field, frames).ravel())
     return learn_waveform(np.concatenate(seen), np.concatenate(phases))
+
+
+def uniform_readings(track: Track, measurement: Measurement, grating: int) -> dict[int, CellReading]:
+    """The beats of the uniform cells of a grating, by cell, over whose strips they are averaged by their error bars.
+
+    A row with a far larger phase error than the others is partly covered.  The cover stays still and biases the beat
+    alike in all parts of the film, so the error bar of the beat does not show it.  Such a row counts as unread.
+    """
+    clearest = min((float(np.median(row.phase_sd_rad)) for row in measurement.strips if row), default=math.inf)
+    most = limits.MAX_VAGUENESS_RATIO * max(clearest, 1e-3)
+    cells: dict[int, list[StripPhase]] = {}
+    for strip, row in zip(track.strips, measurement.strips, strict=True):
+        if strip.grating == grating and row is not None:
+            cells.setdefault(strip.cells[0], []).append(row)
+    found = {}
+    for cell, own in sorted(cells.items()):
+        sd = np.array([max(row.frequency_sd, measuring.MIN_FREQUENCY_SD_PER_MM) for row in own])
+        known = bool(np.all(np.isfinite(sd)))
+        weight = 1 / sd**2 if known else np.ones(len(own))
+        frequency = float(np.average([row.frequency_per_mm for row in own], weights=weight))
+        covered = min(float(np.median(row.phase_sd_rad)) for row in own) > most
+        frequency_sd = math.sqrt(1 / weight.sum()) if known and not covered else math.inf
+        found[cell] = CellReading(frequency, frequency_sd, math.nan, math.inf)
+    return found
 
 
 def uniform_fields(track: Track, measurement: Measurement, grating: int) -> list[Field]:

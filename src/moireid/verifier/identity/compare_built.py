@@ -87,13 +87,9 @@ class FigurePair:
     @property
     def level(self) -> Built:
         """Whether they are of one build; "not_known" lies between the limits of the other two."""
-        if self.difference is None or self.within(self.limit):
+        if self.difference is None or self.difference <= self.limit:
             return "agrees"
         return "differs" if self.difference > self.widest + measuring.DIFFERS_SDS * self.sd else "not_known"
-
-    def within(self, room: float) -> bool:
-        """Whether the difference is at most this."""
-        return self.difference is None or self.difference <= room
 
     @property
     def differs(self) -> bool:

@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 import itertools
-import math
 from dataclasses import dataclass
 from functools import cache
 from typing import Any, Literal
 
-import numpy as np
-
 from moireid.idcodes import CellReading, DecodeResult, PartialWord, family_named, specimen_of
 from moireid.optics import beat_period_mm
 from moireid.provenance import Seal
-from moireid.verifier import limits, measuring
+from moireid.verifier import measuring
 from moireid.verifier.fringes.signals import Measurement
-from moireid.verifier.identity.cell_phase import CellsRead, Field, read_cells, uniform_fields
+from moireid.verifier.identity.cell_phase import UNREAD, Field, read_cells, uniform_fields, uniform_readings
 from moireid.verifier.identity.cell_slip import TOGETHER, CellMotion, RowsApart, cell_motion_of, greatest, rows_apart
 from moireid.verifier.identity.page_scale import page_scale
 from moireid.verifier.reasons import Level, Reason, json_number
@@ -92,26 +89,15 @@ def read_identity(track: Track, measurement: Measurement) -> CellReadings:
     """
     badge = track.badge
     coded = [index for index, grating in enumerate(badge.gratings) if grating.code]
-    plain = {k: tuple(_cell_readings(track, measurement, k, {})) for k in range(len(badge.gratings)) if k not in coded}
+    uniform = [uniform_readings(track, measurement, k) for k in range(len(badge.gratings))]
     if not coded:
-        return CellReadings(None, tuple(plain.values()), {})
-
-    kept: dict[tuple[int, int], CellsRead] = {}
-
-    def read_under(index: int, option: int) -> CellsRead:
-        """The cells of one grating under one of its fields; the first and the last one read are kept, as both are
-        large and one of them is used.
-        """
-        if (index, option) not in kept:
-            for old in [key for key in kept if key[0] == index and key[1]]:
-                del kept[old]
-            kept[index, option] = read_cells(track, measurement, index, options[index][option])
-        return kept[index, option]
+        return CellReadings(None, tuple(tuple(cells.values()) for cells in uniform), {})
 
     @cache
     def read(index: int, option: int) -> tuple[CellReading, ...]:
         """The readings of one grating under one of its fields, which several combinations share."""
-        return tuple(_cell_readings(track, measurement, index, read_under(index, option).cells))
+        cells = uniform[index] | read_cells(track, measurement, index, options[index][option]).cells
+        return tuple(cells.get(k, UNREAD) for k in range(len(badge.gratings[index].cells)))
 
     options = {index: uniform_fields(track, measurement, index) for index in coded}
     family, gratings = family_named(badge.gratings[coded[0]].family), tuple(badge.gratings[index] for index in coded)
@@ -123,9 +109,9 @@ def read_identity(track: Track, measurement: Measurement) -> CellReadings:
             break
     decoded, picked = tried[-1] if tried[-1][0].payload is not None else tried[0]
     fields = {index: options[index][option] for index, option in picked.items()}
-    cells = tuple(plain[k] if k in plain else read(k, picked[k]) for k in range(len(badge.gratings)))
-    # What the cells show of motion is measured once, under the fields that are used.
-    moved = {index: read_under(index, option).motion() for index, option in picked.items()}
+    cells = tuple(read(k, picked[k]) if k in picked else tuple(cells.values()) for k, cells in enumerate(uniform))
+    # Read once more: what a reading holds is large, and one of several is used.
+    moved = {index: read_cells(track, measurement, index, field).motion() for index, field in fields.items()}
     times = {index: track.times_s[track.cell_frames[fields[index].read[track.cell_frames]]] for index in coded}
     apart = greatest(rows_apart(moved[index], times[index]) for index in coded)
     return CellReadings(decoded, cells, fields, cell_motion_of([*itertools.chain(*moved.values())]), apart)
@@ -233,33 +219,3 @@ def _compare(
     if claimed_id is None:
         text = "The badge's code is another than the claimed one, which is kept sealed."
     return "mismatch", Reason("identity", "fail", found, claimed_id, "", text), -margin
-
-
-def _cell_readings(
-    track: Track, measurement: Measurement, index: int, shifted: dict[int, CellReading]
-) -> list[CellReading]:
-    """One reading per cell of a grating; the strips of a uniform cell are averaged, weighted by their error bars.
-
-    A row with a far larger phase error than the others is partly covered.  The cover stays still and biases the beat
-    alike in all parts of the film, so the error bar of the beat does not show it.  Such a row counts as unread.
-    """
-    clearest = min((float(np.median(p.phase_sd_rad)) for p in measurement.strips if p is not None), default=math.inf)
-    readings = []
-    for cell in range(len(track.badge.gratings[index].cells)):
-        if cell in shifted:
-            readings.append(shifted[cell])
-            continue
-        own = [
-            phase
-            for strip, phase in zip(track.strips, measurement.strips, strict=True)
-            if strip.grating == index and strip.cells == (cell,) and phase is not None
-        ]
-        covered = min(float(np.median(phase.phase_sd_rad)) for phase in own) > limits.MAX_VAGUENESS_RATIO * max(
-            clearest, 1e-3
-        )
-        sd = np.array([max(phase.frequency_sd, measuring.MIN_FREQUENCY_SD_PER_MM) for phase in own])
-        weight = 1 / sd**2 if np.all(np.isfinite(sd)) else np.ones(len(own))
-        frequency = float(np.average([phase.frequency_per_mm for phase in own], weights=weight))
-        frequency_sd = math.sqrt(1 / weight.sum()) if np.all(np.isfinite(sd)) and not covered else math.inf
-        readings.append(CellReading(frequency, frequency_sd, math.nan, math.inf))
-    return readings

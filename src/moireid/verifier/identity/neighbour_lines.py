@@ -22,7 +22,6 @@ from numpy.typing import NDArray
 from moireid.idcodes.pitch import level_pitch_mm, line_up
 from moireid.idcodes.spacing import PHASE_LEVELS, lined_up
 from moireid.smooth_lines import LineField
-from moireid.verifier.fringes.signals import Measurement
 from moireid.verifier.measuring import PICTURE_BLUR_PX
 from moireid.verifier.tracking.brightness_profiles import read_across_mm
 from moireid.verifier.tracking.registration import scale_px_per_mm
@@ -31,19 +30,6 @@ from moireid.verifier.tracking.track import Track
 Array = NDArray[np.float64]
 #: Distance of the places at which the field is computed, mm.
 STEP_MM = 0.5
-
-
-def beat_steps(track: Track, measurement: Measurement, grating: int) -> list[int]:
-    """Beat level of each uniform cell of a grating less that of its reference, in the order of the cells."""
-    own = track.badge.gratings[grating]
-    assert own.code is not None
-    measured: dict[int, list[float]] = {}
-    for strip, phase in zip(track.strips, measurement.strips, strict=True):
-        if strip.grating == grating and phase is not None:
-            measured.setdefault(strip.cells[0], []).append(phase.frequency_per_mm)
-    beats = {cell: float(np.mean(found)) for cell, found in sorted(measured.items())}
-    reference = beats[own.code.reference_cell]
-    return [round((beat - reference) / own.code.frequency_step_per_mm) for beat in beats.values()]
 
 
 def ahead_of_own_lines(track: Track, grating: int, places: Mapping[int, int], steps: Sequence[int]) -> dict[int, Array]:
@@ -58,7 +44,7 @@ def ahead_of_own_lines(track: Track, grating: int, places: Mapping[int, int], st
     places : mapping of int to int
         Of each phase cell, the place of its symbol on the circle, 0 to `PHASE_LEVELS` - 1.
     steps : sequence of int
-        As `beat_steps`.
+        Beat level of each uniform cell less that of its reference, in the order of the cells.
 
     Returns
     -------
