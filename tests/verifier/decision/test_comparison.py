@@ -31,8 +31,9 @@ from moireid.verifier.limits import (
     MAX_MIXED_SHARE,
     MAX_RIVAL_LOG10,
     MIN_EXCITATION_RAD,
-    POSSIBLE_RESIDUAL_RATIO,
-    REJECTED_LOG10,
+    OWN_MOTION,
+    PROOF_SDS,
+    USUAL_SDS,
 )
 
 LAW = 1.2 * trajectory()
@@ -89,7 +90,8 @@ def test_the_limit_of_what_is_possible_grows_with_the_doubt_of_small_markers():
     """Catches: a doubt that widens what is accepted; one that widens nothing."""
     sure, doubtful = (compare(true_film(phase_sd=0.05, doubt=doubt), DESIGNED) for doubt in (1.0, 2.6))
     assert doubtful.limit_rad == sure.limit_rad
-    assert sure.possible_rad == pytest.approx(POSSIBLE_RESIDUAL_RATIO * sure.limit_rad)
+    wider = OWN_MOTION.quantile(PROOF_SDS, 1.0) / OWN_MOTION.quantile(USUAL_SDS, 1.0)
+    assert sure.possible_rad == pytest.approx(wider * sure.limit_rad)
     assert doubtful.possible_rad > 1.8 * sure.possible_rad
 
 
@@ -335,4 +337,4 @@ def test_odds_of_a_forgery_are_beyond_the_limit_of_a_rejection():
     """Catches: a limit that no film reaches."""
     found = compare(fringe_signal(LAW, lasting_noise()), DESIGNED)
     assert not found.fits and not found.possible
-    assert min(one.log10_odds or 0.0 for one in found.rivals) < -REJECTED_LOG10
+    assert min(one.log10_odds or 0.0 for one in found.rivals) < -3 * MAX_RIVAL_LOG10

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from moireid.verifier.explanations.residuals import own_motion_odds
-from moireid.verifier.limits import FORGED_MAX_SHARE, FORGED_MIN_SHARE, MAX_RIVAL_LOG10, OWN_MOTION, REJECTED_LOG10
+from moireid.verifier.limits import FORGED_MAX_SHARE, FORGED_MIN_SHARE, MAX_RIVAL_LOG10, OWN_MOTION
 
 MOTION, ERROR = 0.8, 0.02
 
@@ -46,7 +46,7 @@ def test_the_odds_fall_with_the_deviation():
 def test_an_error_of_pose_explains_a_motion():
     """Catches: poor poses rejected as a motion of their own."""
     clear, vague = (own_motion_odds(0.15, MOTION, error) for error in (0.02, 0.2))
-    assert clear < -REJECTED_LOG10 and vague > 0
+    assert clear < -3 * MAX_RIVAL_LOG10 and vague > 0
 
 
 def test_a_film_that_hardly_moves_shows_nothing():

@@ -22,7 +22,7 @@ from moireid.verifier.fringes.signals import measure
 from moireid.verifier.identity.decode import Identity
 from moireid.verifier.limits import CALIBRATION_CAP_LOG10
 from moireid.verifier.report.rival_plot import best_fit, rival_plot, shaped_rival
-from moireid.verifier.report.rival_table import PHOTOGRAPHS, odds_line, rivals_in, table_of
+from moireid.verifier.report.rival_table import odds_line, rivals_in, table_of
 from moireid.verifier.session.result import Report
 
 
@@ -40,9 +40,9 @@ def document(*rivals: dict[str, Any], calibrated: float | None = 1.2) -> dict[st
 
 def test_each_rival_that_is_compared_has_words() -> None:
     """Catches: a rival that is added and shown by its code, or one that is gone and keeps its words."""
-    assert set(WORDS) == {"law", *(rival.name for rival in RIVALS), *CONTAINING, *PHOTOGRAPHS}
+    assert set(WORDS) == {"law", *(rival.name for rival in RIVALS), *CONTAINING}
     assert len({words.does for words in WORDS.values()}) == len(WORDS)
-    assert {name for name, words in WORDS.items() if not words.remedy} == {"law", *PHOTOGRAPHS}
+    assert {name for name, words in WORDS.items() if not words.remedy} == {"law"}
 
 
 def test_odds_and_shares_are_shown_as_they_count() -> None:
@@ -54,17 +54,6 @@ def test_odds_and_shares_are_shown_as_they_count() -> None:
     assert (drift.power, drift.share, drift.remains) == ("−5.4", "", True)
     assert (late.power, late.share, late.remains) == ("183", "99", True) and "0.4 s early" in late.does
     assert "2 other explanations" in table.compared and "gain" not in law.does
-
-
-def test_photographs_are_counted_as_what_they_mean() -> None:
-    """Catches: a number that no film shows; photographs named as best rival."""
-    in_turn = entry("photographs_in_turn", -3.0, photographs=3.0)
-    shown = document(in_turn, entry("photographs_laid_over", -2.0))
-    table = table_of(shown)
-    assert table is not None
-    _, few, many = table.rows
-    assert few.does.endswith("(at best 3 of them)") and many.does.endswith("over each other") and few.remains
-    assert rivals_in(shown) == []
 
 
 def test_what_the_film_shows_of_the_parameters_is_in_words() -> None:

@@ -20,6 +20,7 @@ from moireid.verifier.decision.comparison import (
 )
 from moireid.verifier.decision.figures import Figures
 from moireid.verifier.decision.sheet_gain import SheetGain, gain_reason, lens_reason
+from moireid.verifier.explanations.residuals import credible_error_rad, residual_limit_rad
 from moireid.verifier.explanations.strength import one_in
 from moireid.verifier.explanations.words import WORDS, does
 from moireid.verifier.fringes.grating_signal import GratingSignal
@@ -157,10 +158,10 @@ def _at_rest(grating: GratingComparison, moved: Sequence[GratingComparison], *, 
     same = max(moved, key=lambda one: one.figures.information).figures.gain_ratio
     nearest = float(np.clip(own.gain_ratio, min(1.0, same), max(1.0, same)))
     deviation = float(np.hypot((own.gain_ratio - nearest) * own.excitation_rad, own.phase_residual_rad))
-    fixed = limits.RESIDUAL_FLOOR_RAD * limits.POSSIBLE_RESIDUAL_RATIO + 0.03 * most
-    fixed += (limits.GAIN_TOLERANCE_SHARE + limits.GAIN_REJECTED_SDS * own.tangent_sd) * own.excitation_rad
-    limit = float(np.hypot(fixed, limits.EXPLAINED_SDS * min(own.expected_error_rad, limits.MAX_STRIP_WANDER_RAD)))
-    good, possible = deviation <= limit, not prove or deviation <= limits.POSSIBLE_RESIDUAL_RATIO * limit
+    room = (limits.GAIN_TOLERANCE_SHARE + limits.GAIN_REJECTED_SDS * own.tangent_sd) * own.excitation_rad
+    error = credible_error_rad(most, own.expected_error_rad)
+    limit, proof = (room + residual_limit_rad(most, error, sds) for sds in (limits.USUAL_SDS, limits.PROOF_SDS))
+    good, possible = deviation <= limit, not prove or deviation <= proof
     text = "Fringes that should hardly move do so."
     if not good:
         text = "Fringes that should hardly move by the law do move, as if they were those of another grating."
