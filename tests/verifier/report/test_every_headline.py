@@ -103,7 +103,7 @@ def moved_unseen() -> Sequence[Reason]:
 
 def remaining(name: str) -> Sequence[Reason]:
     row = Explanation(name, -2.0, {"late_s": 0.3, "start_s": 1.0, "end_s": 2.0}, None, True)
-    return findings.rivals([row], law_fits=True, allowed_share=0.02)
+    return findings.rivals([row], [(signal(), compared())], Reason("gain", "pass", 1.0, 0.1, "ratio", ""))
 
 
 def read(found: str | None, claimed: str | None, *, beats: bool | None = True) -> Sequence[Reason]:

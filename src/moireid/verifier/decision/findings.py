@@ -168,14 +168,23 @@ def _at_rest(grating: GratingComparison, moved: Sequence[GratingComparison], *, 
     return Reason("residual", "pass" if good else "undecided" if possible else "fail", deviation, limit, "rad", text)
 
 
-def rivals(table: Sequence[Explanation], *, law_fits: bool, allowed_share: float) -> list[Reason]:
+def rivals(
+    table: Sequence[Explanation], moving: Sequence[tuple[GratingSignal, GratingComparison]], gain: Reason
+) -> list[Reason]:
     """One finding for each rival that remains; where none does, one that says by how much the law is ahead.
 
-    Where the law does not explain the film, only what the fringes do instead is named.
+    Where the law does not explain the film, only what the fringes do instead is named; where only the gain is unusual,
+    its own finding says so, and only rivals that contain the law are asked for.
+
+    Parameters: moving: gratings that moved enough; gain: its finding.
     """
-    if not law_fits:
+    laws = [law for _, law in moving]
+    allowed_share = laws[0].allowed_share
+    if not all(law.fits for law in laws):
         cause = cause_of(table)
         return [] if cause is None else [_remains(cause, allowed_share)]
+    if gain.level != "pass" and not all(law.usual for law in laws):
+        return [_remains(one, allowed_share) for one in table if one.name in CONTAINING and one.better]
     remaining = [one for one in table if one.fits]
     if remaining:
         return [_remains(one, allowed_share) for one in remaining]

@@ -30,7 +30,6 @@ from numpy.typing import NDArray
 from moireid.verifier import limits
 from moireid.verifier.decision import findings
 from moireid.verifier.decision.comparison import (
-    CONTAINING,
     Explanation,
     GratingComparison,
     compare,
@@ -177,17 +176,16 @@ def judge(
         return Invariant("inconclusive", (findings.no_fringes(),))
     mean = _mean_figures([law.figures for law in laws], information / information.sum())
     moving = [(signal, law) for signal, law in zip(signals, laws, strict=True) if law.moved]
-    reasons = findings.evidence(signals, mean, enough=bool(moving))
-    table = film_table(laws)
-    harmonic = None
+    moved = [signal for signal, _ in moving]
     score = min((law.score for _, law in moving), default=0.0)
+    table, harmonic = film_table(laws), None
+    reasons = findings.evidence(signals, mean, enough=bool(moving))  # Step 1.
     if moving:
-        doubts = doubts_of(moving, page_off=page_off, steep_share=_steep_share([one for one, _ in moving], sheet))
-        gains = findings.gain(moving, sheet, prove=not doubts.anything)
-        residual = findings.residual(laws, prove=not (doubts.anything or doubts.covered))
-        together = parts(
-            parts_of([law.figures for law in laws], code_apart, covered=doubts.covered), prove=not doubts.anything
-        )
+        doubts = doubts_of(moving, page_off=page_off, steep_share=_steep_share(moved, sheet))  # Step 2.
+        gains = findings.gain(moving, sheet, prove=not doubts.anything)  # Step 3.
+        residual = findings.residual(laws, prove=not (doubts.anything or doubts.covered))  # Step 4.
+        several = parts_of([law.figures for law in laws], code_apart, covered=doubts.covered)
+        together = parts(several, prove=not doubts.anything)  # Step 5.
         tests = [*gains, residual, together]
         reasons += tests
         if any(one.level != "pass" for one in tests):
@@ -195,16 +193,11 @@ def judge(
         if together.level != "pass":
             score = min(score, 0.0)
         # Where page or sheet is off, fringes and photographs of the design say nothing.
-        fits = all(law.fits for _, law in moving)
-        # Where only the gain is unusual, its own finding says so.
-        only_gain = gains[0].level != "pass" and fits and not all(law.usual for _, law in moving)
-        asked = [one for one in table if one.name in CONTAINING and one.better] if only_gain else table
-        if asked and not page_off:
-            reasons += findings.rivals(asked, law_fits=fits, allowed_share=moving[0][1].allowed_share)
+        if not page_off:
+            reasons += findings.rivals(table, moving, gains[0])  # Step 6.
         if whole and not page_off:
-            moved = [signal for signal, _ in moving]
             harmonic = softest(moved, sheet)
-            reasons += photographs(spacing, moved, harmonic)
+            reasons += photographs(spacing, moved, harmonic)  # Step 7.
     return Invariant(
         worst(reasons),
         tuple(reasons),
