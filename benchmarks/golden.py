@@ -97,7 +97,7 @@ class KeptFilm:
             "verdict": worst(reasons),
             "reasons": [reason.to_json() for reason in reasons],
             "invariant": motion.to_json(),
-            "explanations": [one.to_json() for one in motion.table],
+            "explanations": [one.to_json() for one in motion.explanations],
         }
 
     def to_bytes(self) -> bytes:

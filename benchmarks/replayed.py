@@ -227,7 +227,7 @@ def judged(job: tuple[Case, int, Path]) -> Row:
         if case.figures:
             claim = replace(claim, as_built=enrolled(case, number, folder))
         report = verify(video, claim)
-    table = {one.name: one.log10_odds for one in report.invariant.table}
+    table = {one.name: one.log10_odds for one in report.invariant.explanations}
     return {
         "case": case.name,
         "number": number,

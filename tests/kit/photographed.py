@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from moireid.verifier.decision.judge import photographs
+from moireid.verifier.decision.photographs import photographs, softest
 from moireid.verifier.explanations.photographs.fringe_spacing import cross_faded, spacing_of
 from moireid.verifier.fringes.grating_signal import BeyondPhase, DepthLaw, GratingSignal
 from moireid.verifier.reasons import Reason
@@ -90,4 +90,4 @@ def noise_of(size: float, seed: int, lasting: float = 0.0) -> np.ndarray:
 
 
 def found_in(*signals: GratingSignal) -> dict[str, Reason]:
-    return {reason.code: reason for reason in photographs(spacing_of(signals), signals)[1]}
+    return {reason.code: reason for reason in photographs(spacing_of(signals), signals, softest(signals))}

@@ -1,7 +1,7 @@
 """Constants of measuring: which frames belong together, how large errors are, and which symbol a cell is.
 
-They are grouped by the question that they answer.  The comment before each says where it comes from: *derived* from
-optics, statistics or manufacturers' figures; *ray-traced films* by an outside simulator; or *set by hand*.
+They are grouped by the question that they answer.  The comment before each says where it comes from, in the words of
+`limits.py`.
 
 Each name ends with its unit: `_SHARE` and `_RATIO` are pure numbers, `_SDS` counts standard deviations.  Other limits
 are where they are used: finding pages in `tracking/`, decoding in `moireid.idcodes`, live prompts in
@@ -47,7 +47,8 @@ MAX_STEP_RAD = 2.5
 FOCAL_PRIOR_RATIO, FOCAL_PRIOR_SD_LOG = 0.78, 0.15
 #: ... and its bounds.  Source: of 1,110 profiles of phones, 1 % are below 0.37 and 1 % beyond 2.5.
 FOCAL_RANGE_RATIO = (0.3, 4.0)
-#: Set by hand: a focal length this many standard deviations from its prior is estimated again, on a steady path.
+#: A focal length this many standard deviations from its prior is estimated again, on a steady path.  Derived: 95 % of a
+#: normal distribution.
 FOCAL_FAR_SDS = 2.0
 #: Set by hand: a running verdict keeps a focal length once its error, as a share of the motion, is this small.  A kept
 #: one has no error bar.  If the badge is held still at first, the focal length is a guess, and with it all later frames
@@ -71,7 +72,7 @@ PRINT_ASPECT_PRIOR_SD_LOG, PRINT_ASPECT_MAX_LOG = 0.002, 0.02
 TWIST_PRIOR_SD_PER_M, TWIST_MAX_PER_M, TWIST_AT_LIMIT_SHARE = 0.3, 1.0, 0.97
 #: Prior of the radial distortion (`camera.distortion`: a and b, in units of the usual focal length), and its bounds.
 #: a is calibrated on 987 lenses of phones (gyroflow's table of lenses): 90 % are between -0.03 and 0.06.
-#: b is between -0.4 and 0.4 in 90 %, whose quartiles ask for 0.12; 0.05 is set by hand, as the tails of Student's t
+#: b is between -0.4 and 0.4 in 90 %, whose quartiles ask for 0.12; 0.05 is used, by films, as the tails of Student's t
 #: reach that far too.  With 0.12, 5 of 200 real lenses (with 0.05: 6) give gains beyond three error bars, but 1 of 198
 #: true films of `bench reality` was rejected (with 0.05: 0).  Webcams and action cameras reach an a of -0.3.  What is
 #: not estimated makes the fringes' gain wrong: a of 0.1 by 9 %.
@@ -206,7 +207,7 @@ MIN_CELL_CHANGE_CONTRASTS2 = 0.005
 
 # --- Are the figures those of the badge that was enrolled? -----------------------------------------------------------
 
-#: Office paper grows by up to these shares for 20 % of relative humidity, along and across its fibre.  Set by hand:
+#: Office paper grows by up to these shares for 20 % of relative humidity, along and across its fibre.  Source:
 #: some 0.1 % in the mean; fibres swell in width far more than in length (Lindner, Factors affecting the hygroexpansion
 #: of paper, 2018; Salmen, Fellers and Htun 1985), by half as much again as that and by half as much.  Sheets of A4 and
 #: letter are cut with the fibre along their height; so along x, across the fibre, and along y.
@@ -227,9 +228,11 @@ ROW_OFFSET_SD_RAD = 0.03
 #: Rotation of a sheet in its mount between days.  Set by hand: 0.02 mm over 80 mm.
 TWIST_REPEATS_RAD = 2.5e-4
 #: Limits in standard deviations: figures agree within the first, differ beyond the second, between them not known.
-#: Set by hand.
+#: Derived: of a normal distribution, 1 in 2,100 true figures is beyond the first, and 2 in a billion beyond the second,
+#: as a badge that is called a copy stays so.
 AGREES_SDS, DIFFERS_SDS = 3.5, 6.0
-#: A stretch has an offset of its own from this length on.  Set by hand: a second holds two independent samples.
+#: A stretch has an offset of its own from this length on.  Derived: it holds two independent samples, the fewest that
+#: show their scatter (`limits.INDEPENDENT_PER_S`).
 LEAST_STRETCH_S = 1.0
 #: On a steady path the badge as built speaks for a film if gain and offset agree within this many standard
 #: deviations.  Derived: 95 % of a normal distribution; a wider window would let a delay of 0.2 s through on a sweep.
@@ -237,14 +240,14 @@ KNOWN_SDS = 2.0
 
 # --- Does the badge pass in front of the face? -----------------------------------------------------------------------
 
-#: Least score of the face detector.  Set by hand: a photograph of a face scores 1.3 to 1.5, its highest false detection
-#: 0.23.
+#: Least score of the face detector.  A photograph of a face scores 1.3 to 1.5, its highest false detection 0.23: about
+#: the geometric mean.
 MIN_FACE_SCORE = 0.5
 #: Badge and face overlap if they share this much of the smaller one.  Set by hand: a false border could hide in a
 #: smaller overlap.
 MIN_OVERLAP_SHARE = 0.25
 #: They must overlap for this long without a break.  Set by hand.
 MIN_OVERLAP_S = 1.0
-#: Share of the readable frames that must agree with the law within `EXPLAINED_SDS` (99.7 % would for independent
-#: errors), and share of the interval's frames that must be readable.  Set by hand.
+#: Share of the readable frames that must agree with the law within three times `residual_limit_rad` (nearly all would
+#: for independent errors), and share of the interval's frames that must be readable.  Set by hand.
 MIN_AGREEING_SHARE, MIN_READ_SHARE = 0.95, 0.5

@@ -30,6 +30,16 @@ from moireid.verifier.limits import (
     MAX_RIVAL_LOG10,
     POSSIBLE_RESIDUAL_RATIO,
 )
+from moireid.verifier.limits import (
+    LEAST_STRENGTH,
+    MAX_LASTING_PX,
+    MAX_MIXED_SHARE,
+    MAX_RIVAL_LOG10,
+    MIN_EXCITATION_RAD,
+    OWN_MOTION,
+    PROOF_SDS,
+    USUAL_SDS,
+)
 
 LAW = 1.2 * trajectory()
 ROWS = ["still", "drift", "late", "place", "another_gain", "own_motion", "spell"]
@@ -66,7 +76,8 @@ def test_the_limit_of_what_is_possible_grows_with_the_doubt_of_small_markers():
     """Catches: a doubt that widens what is accepted; one that widens nothing."""
     sure, doubtful = (compare(true_film(phase_sd=0.05, doubt=doubt), DESIGNED) for doubt in (1.0, 2.6))
     assert doubtful.limit_rad == sure.limit_rad
-    assert sure.possible_rad == pytest.approx(POSSIBLE_RESIDUAL_RATIO * sure.limit_rad)
+    wider = OWN_MOTION.quantile(PROOF_SDS, 1.0) / OWN_MOTION.quantile(USUAL_SDS, 1.0)
+    assert sure.possible_rad == pytest.approx(wider * sure.limit_rad)
     assert doubtful.possible_rad > 1.8 * sure.possible_rad
 
 

@@ -30,7 +30,6 @@ from moireid.verifier.limits import (
     MAX_LASTING_PX,
     MAX_RIVAL_LOG10,
     MIN_EXCITATION_RAD,
-    REJECTED_LOG10,
 )
 
 EXCITATION = 1.2
@@ -76,7 +75,7 @@ def test_a_true_film_is_accepted():
     outcome = judge([true_film()])
     assert outcome.verdict == "accept" and failed(outcome) == [] and levels(outcome).keys() == ACCEPTED
     assert outcome.gain_ratio == pytest.approx(1.0, abs=0.01) and outcome.correlation > 0.999
-    assert outcome.excitation_rad == pytest.approx(EXCITATION) and outcome.score > REJECTED_LOG10
+    assert outcome.excitation_rad == pytest.approx(EXCITATION) and outcome.score > 3 * MAX_RIVAL_LOG10
     assert outcome.phase_residual_rad == pytest.approx(0.01, rel=0.2)
     assert outcome.law_fits and outcome.explanations[0].name == "law" and outcome.explanations[0].fits
 
@@ -149,7 +148,7 @@ def test_each_forgery_of_a_whole_film_is_rejected_and_named_for_what_it_does(nam
     """
     outcome = judge([fringe_signal(LONG_LAW, FORGED[name] + lasting_noise(LONG), place_px=LONG_PX)])
     assert outcome.verdict == "reject" and levels(outcome)["residual"] == "fail"
-    assert outcome.score < -REJECTED_LOG10 and outcome.calibrated_log10 < -1
+    assert outcome.score < -3 * MAX_RIVAL_LOG10 and outcome.calibrated_log10 < -1
     assert not outcome.law_fits and not outcome.explanations[0].fits
     assert named(outcome) == [name]
 
@@ -453,7 +452,7 @@ def test_reasons_carry_figure_limit_and_unit():
     assert residual.limit == pytest.approx(residual_limit_rad(EXCITATION, error)) and residual.unit == "rad"
     assert residual.measured == pytest.approx((0.5 + LEAST_BUILT_GAIN) * EXCITATION, rel=0.2)
     other = reasons["another_gain"]
-    assert other.measured < -REJECTED_LOG10 and other.limit == -MAX_RIVAL_LOG10 and other.unit == "log10"
+    assert other.measured < -3 * MAX_RIVAL_LOG10 and other.limit == -MAX_RIVAL_LOG10 and other.unit == "log10"
 
 
 # What an honest film's camera, mixed frames, a small badge or a hand may do.

@@ -9,6 +9,7 @@ import pytest
 
 from moireid.verifier.explanations.residuals import own_motion_odds
 from moireid.verifier.limits import FORGED_MAX_SHARE, FORGED_MIN_SHARE, MAX_RIVAL_LOG10, OWN_MOTION, REJECTED_LOG10
+from moireid.verifier.limits import FORGED_MAX_SHARE, FORGED_MIN_SHARE, MAX_RIVAL_LOG10, OWN_MOTION
 
 MOTION, ERROR = 0.8, 0.02
 
@@ -39,4 +40,4 @@ def test_a_usual_true_badge_is_likelier_by_the_law():
 def test_an_error_of_pose_explains_a_motion():
     """Catches: poor poses rejected as a motion of their own."""
     clear, vague = (own_motion_odds(0.15, MOTION, error) for error in (0.02, 0.2))
-    assert clear < -REJECTED_LOG10 and vague > 0
+    assert clear < -3 * MAX_RIVAL_LOG10 and vague > 0

@@ -16,12 +16,12 @@ from moireid.verifier.explanations.residuals import (
     spread_rad,
 )
 from moireid.verifier.limits import (
-    EXPLAINED_SDS,
     LEAST_SAMPLES,
+    OWN_MOTION,
     POSSIBLE_RESIDUAL_RATIO,
-    RESIDUAL_FLOOR_RAD,
-    RESIDUAL_MOTION_SHARE,
+    PROOF_SDS,
     UNMODELLED_RAD,
+    USUAL_SDS,
 )
 
 
@@ -86,6 +86,8 @@ def test_odds_end_at_the_error_that_no_explanation_models():
 
 def test_the_limit_of_a_residual_is_a_closed_form():
     """Catches: errors that are added where they combine in squares; a limit without the film's own error."""
-    assert residual_limit_rad(0.0, 0.0) == pytest.approx(RESIDUAL_FLOOR_RAD)
-    fixed = RESIDUAL_FLOOR_RAD + 1.2 * RESIDUAL_MOTION_SHARE
-    assert residual_limit_rad(1.2, 0.05) == pytest.approx(math.hypot(fixed, EXPLAINED_SDS * 0.05))
+    for sds in (USUAL_SDS, PROOF_SDS):
+        times = math.exp(OWN_MOTION.mean_log + sds * OWN_MOTION.sd_log)
+        assert residual_limit_rad(0.0, 0.0, sds) == pytest.approx(0.010 * times)
+        assert residual_limit_rad(1.2, 0.05, sds) == pytest.approx(times * math.hypot(0.05, 0.010, 0.012))
+    assert residual_limit_rad(1.2, 0.05) == residual_limit_rad(1.2, 0.05, USUAL_SDS)

@@ -9,7 +9,7 @@ from kit.fringe_signals import FRAMES, apart_from, clock, lasting_noise, series_
 from moireid.verifier.explanations.honest import HonestModel, PhaseSeries
 from moireid.verifier.explanations.residuals import independent_samples
 from moireid.verifier.explanations.rivals import RIVALS, delayed, rival_odds
-from moireid.verifier.limits import DELAYS_S, MAX_LAG_S, REJECTED_LOG10
+from moireid.verifier.limits import DELAYS_S, MAX_LAG_S, MAX_RIVAL_LOG10
 
 ROOM = (0.85, 1.15)
 EXCITATION = 1.2
@@ -94,7 +94,7 @@ def test_each_rival_beats_the_law_on_what_it_made_and_no_other_beats_it(name):
     A rival that contains this one fits as well, as a drift of speed 0 does where fringes stay still.
     """
     odds = odds_on(filmed(MADE[name]))
-    assert odds[name] < -REJECTED_LOG10
+    assert odds[name] < -3 * MAX_RIVAL_LOG10
     assert odds[name] < min(odds.values()) + 0.5
 
 
@@ -109,7 +109,7 @@ def test_a_film_between_law_and_rival_is_decided_by_the_nearer():
     """Catches: a rival that is not fitted, but compared at its usual size."""
     drifting = filmed(LAW + 0.2 * MADE["drift"])
     assert odds_on(drifting)["drift"] > 0
-    assert odds_on(filmed(0.05 * LAW + 3.0 * MADE["drift"]))["drift"] < -REJECTED_LOG10
+    assert odds_on(filmed(0.05 * LAW + 3.0 * MADE["drift"]))["drift"] < -3 * MAX_RIVAL_LOG10
 
 
 def test_fitted_delays_begin_where_a_codec_s_lag_ends():
@@ -132,7 +132,7 @@ def test_a_place_has_two_directions_and_any_slope():
     stretch = np.repeat([0, 1], [150, 150])
     for px in (PLACE_PX, PLACE_PX[:, ::-1], 1e-3 * PLACE_PX, PLACE_PX + 300.0 * stretch[:, None]):
         series = series_of(LAW, MADE["place"] + lasting_noise(), place_px=px, stretch=stretch)
-        assert odds_on(series)["place"] < -REJECTED_LOG10
+        assert odds_on(series)["place"] < -3 * MAX_RIVAL_LOG10
 
 
 # Priors.

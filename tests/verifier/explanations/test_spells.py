@@ -8,7 +8,7 @@ import pytest
 from kit.fringe_signals import FRAMES, clock, lasting_noise, series_of, trajectory
 from moireid.verifier.explanations.honest import HonestModel
 from moireid.verifier.explanations.rivals import Spell, worst_spell
-from moireid.verifier.limits import MAX_RIVAL_LOG10, REJECTED_LOG10
+from moireid.verifier.limits import MAX_RIVAL_LOG10
 
 LAW = 1.2 * trajectory()
 LENGTH = 16
@@ -39,7 +39,7 @@ def test_a_lie_of_half_a_second_is_found_where_it_is_and_as_it_is(quantile, gain
     places = quiet_places()
     begin = int(places[int(quantile * len(places))])
     found = spell_of(with_lie(begin, gain))
-    assert found is not None and found.log10_odds < -REJECTED_LOG10
+    assert found is not None and found.log10_odds < -3 * MAX_RIVAL_LOG10
     assert found.gain == gain
     middle = (found.start_s + found.end_s) / 2
     assert middle == pytest.approx((begin + LENGTH / 2) / 30, abs=0.25)
@@ -53,7 +53,7 @@ def test_longer_and_shorter_lies_are_found_too(seconds):
     length = round(30 * seconds) + 1
     begin = int(quiet_places(law, length)[400])
     found = spell_of(with_lie(begin, 0.0, law, length), law)
-    assert found is not None and found.log10_odds < -REJECTED_LOG10 and found.gain == 0.0
+    assert found is not None and found.log10_odds < -3 * MAX_RIVAL_LOG10 and found.gain == 0.0
     assert found.start_s < (begin + length) / 30 and found.end_s > begin / 30
 
 
@@ -86,7 +86,7 @@ def test_a_missing_frame_or_two_hide_no_lie():
     begin = int(quiet_places()[100])
     kept = np.delete(np.arange(FRAMES), [begin + 3, begin + 9])
     found = spell_of(with_lie(begin, 0.0)[kept], LAW[kept], times_s=clock()[kept])
-    assert found is not None and found.log10_odds < -REJECTED_LOG10 and found.gain == 0.0
+    assert found is not None and found.log10_odds < -3 * MAX_RIVAL_LOG10 and found.gain == 0.0
 
 
 def test_vague_frames_make_all_windows_vaguer_and_none_a_lie():

@@ -97,7 +97,7 @@ def moved_unseen() -> Sequence[Reason]:
 
 def remaining(name: str) -> Sequence[Reason]:
     row = Explanation(name, -2.0, {"late_s": 0.3, "start_s": 1.0, "end_s": 2.0}, None, True)
-    return findings.rivals([row], law_fits=True, allowed_share=0.02)
+    return findings.rivals([row], [(signal(), compared())], Reason("gain", "pass", 1.0, 0.1, "ratio", ""))
 
 
 def read(found: str | None, claimed: str | None, *, beats: bool | None = True) -> Sequence[Reason]:
@@ -187,11 +187,11 @@ def evidence(badge: Badge, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> I
     yield troubled(mixed_share=0.9)
     yield troubled(doubt=9.0)
     yield from (remaining(name) for name in RIVALS)
-    yield [photographs._at_one_distance(Spacing(0.0, 0.01))[1]]
-    turned = SimpleNamespace(seen=True, photographs=3, share=0.5, log10_odds=-2.0, certain=0.5)
-    yield [photographs._in_turn(turned)[1]]  # type: ignore[arg-type]
-    soft = SimpleNamespace(seen=False, surplus=0.0, limit=1.0, let_through=1.0, log10_odds=-2.0)
-    yield [photographs._superposed(soft)[1]]  # type: ignore[arg-type]
+    yield [photographs._at_one_distance(Spacing(0.0, 0.01))]
+    turned = SimpleNamespace(seen=True, photographs=3, certain=0.5)
+    yield [photographs._in_turn(turned)]  # type: ignore[arg-type]
+    soft = SimpleNamespace(seen=False, surplus=0.0, limit=1.0)
+    yield [photographs._superposed(soft)]  # type: ignore[arg-type]
     yield read(None, ADA)
     yield read(ADA, badge.id)
     yield read(ADA, ADA, beats=None)

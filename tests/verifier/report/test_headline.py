@@ -125,7 +125,7 @@ def test_a_revocation_is_told_before_all_else(law: str, identity: str) -> None:
         ({"window_correlation": 0.1}, {}, "they do not go with the badge's motion"),
         ({"parts": 0.2}, {}, "they move apart from one part of the badge to another"),
         ({"overlap_law": 0.2}, {}, "they leave the law while the badge is before the face"),
-        ({"residual": 0.2}, {}, "they move by themselves"),
+        ({"residual": 0.2}, {}, "they differ from the law"),
     ],
 )
 def test_how_the_law_is_broken_is_told(codes: dict[str, float], figures: dict[str, float], words: str) -> None:
@@ -162,7 +162,7 @@ def test_how_the_law_is_broken_is_told(codes: dict[str, float], figures: dict[st
         # A rival that leaves much of the film, or is hardly better than another, is not named.
         (
             [rival("late", -8.0, late_s=0.4, deviation_rad=0.11), rival("own_motion", -50.0, motion_share=1.42)],
-            "they move by themselves (by 1.4 times the law's motion)",
+            "they differ from the law (by 1.4 times its motion)",
         ),
         (
             [rival("drift", -5.4), rival("late", -5.6, late_s=-2.0), rival("own_motion", -9.0)],
@@ -174,10 +174,10 @@ def test_how_the_law_is_broken_is_told(codes: dict[str, float], figures: dict[st
         ),
         (
             [rival("own_motion", -50.0, motion_share=0.231, start_s=2.34, end_s=3.34)],
-            "they move by themselves by 23 % of its motion (most from 2.3 to 3.3 s)",
+            "they differ from the law (by 23 % of its motion, most from 2.3 to 3.3 s)",
         ),
         # No rival is better by more than chance.
-        ([rival("drift", -0.9), rival("still", 4.0)], "they move by themselves"),
+        ([rival("drift", -0.9), rival("still", 4.0)], "they differ from the law"),
     ],
 )
 def test_the_best_rival_says_what_the_fringes_do(table: list[dict[str, Any]], words: str) -> None:

@@ -267,12 +267,12 @@ def test_the_table_of_explanations_is_on_the_page(ada, page):
     report, text = report_of(ada), Page(page).text
     assert len(report.invariant.explanations) > 5
     body = page[page.index('<table class="rivals">') : page.index("</table>", page.index('<table class="rivals">'))]
-    assert body.count("<tr") == len(report.invariant.table) + 1 and 'class="holds"' in body
-    known = [(one.name, {} if one.name == "law" else one.parameters) for one in report.invariant.table]
+    assert body.count("<tr") == len(report.invariant.explanations) + 1 and 'class="holds"' in body
+    known = [(one.name, {} if one.name == "law" else one.parameters) for one in report.invariant.explanations]
     rows = [does(*one).replace("'", "&#39;") for one in known]
     assert all(words in body for words in rows) and "no probability" in text
     assert in_words(report.to_json()["invariant"]["calibrated_log10"]) in text
-    none = page_of(replace(report, invariant=replace(report.invariant, explanations=(), photographs=())))
+    none = page_of(replace(report, invariant=replace(report.invariant, explanations=())))
     assert '<table class="rivals">' not in none and "no probability" not in Page(none).text
 
 

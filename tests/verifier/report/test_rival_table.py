@@ -17,6 +17,7 @@ from moireid.verifier.explanations.words import WORDS
 from moireid.verifier.limits import CALIBRATION_CAP_LOG10
 from moireid.verifier.report.rival_plot import best_fit
 from moireid.verifier.report.rival_table import PHOTOGRAPHS, odds_line, rivals_in, table_of
+from moireid.verifier.report.rival_table import odds_line, rivals_in, table_of
 
 
 def entry(name: str, odds: float | None = 5.0, share: float | None = None, **parameters: float) -> dict[str, Any]:
@@ -33,9 +34,9 @@ def document(*rivals: dict[str, Any], calibrated: float | None = 1.2) -> dict[st
 
 def test_each_rival_that_is_compared_has_words() -> None:
     """Catches: a rival that is added and shown by its code, or one that is gone and keeps its words."""
-    assert set(WORDS) == {"law", *(rival.name for rival in RIVALS), *CONTAINING, *PHOTOGRAPHS}
+    assert set(WORDS) == {"law", *(rival.name for rival in RIVALS), *CONTAINING}
     assert len({words.does for words in WORDS.values()}) == len(WORDS)
-    assert {name for name, words in WORDS.items() if not words.remedy} == {"law", *PHOTOGRAPHS}
+    assert {name for name, words in WORDS.items() if not words.remedy} == {"law"}
 
 
 def test_odds_and_shares_are_shown_as_they_count() -> None:

@@ -193,7 +193,7 @@ def compare(
     deviation = deviation_rad(shaped, series.step_s, series.within_rad)
     error = figures.expected_error_rad
     limit = residual_limit_rad(excitation, credible_error_rad(excitation, error))
-    possible = limits.POSSIBLE_RESIDUAL_RATIO * residual_limit_rad(excitation, signal.doubt * error)
+    possible = residual_limit_rad(excitation, signal.doubt * error, limits.PROOF_SDS)
     possible = math.hypot(possible, limits.CAMERA_MOTION_SHARE * excitation if doubted else 0.0)
     # Where the law does not explain the film, or not with a gain that is accepted, nothing needs to look like it.
     asked = {}

@@ -20,6 +20,7 @@ from moireid.verifier.decision.comparison import (
 )
 from moireid.verifier.decision.figures import Figures
 from moireid.verifier.decision.sheet_gain import SheetGain, gain_reason, lens_reason
+from moireid.verifier.explanations.residuals import credible_error_rad, residual_limit_rad
 from moireid.verifier.explanations.strength import one_in
 from moireid.verifier.explanations.words import WORDS, does
 from moireid.verifier.fringes.grating_signal import GratingSignal
@@ -157,24 +158,33 @@ def _at_rest(grating: GratingComparison, moved: Sequence[GratingComparison], *, 
     same = max(moved, key=lambda one: one.figures.information).figures.gain_ratio
     nearest = float(np.clip(own.gain_ratio, min(1.0, same), max(1.0, same)))
     deviation = float(np.hypot((own.gain_ratio - nearest) * own.excitation_rad, own.phase_residual_rad))
-    fixed = limits.RESIDUAL_FLOOR_RAD * limits.POSSIBLE_RESIDUAL_RATIO + 0.03 * most
-    fixed += (limits.GAIN_TOLERANCE_SHARE + limits.GAIN_REJECTED_SDS * own.tangent_sd) * own.excitation_rad
-    limit = float(np.hypot(fixed, limits.EXPLAINED_SDS * min(own.expected_error_rad, limits.MAX_STRIP_WANDER_RAD)))
-    good, possible = deviation <= limit, not prove or deviation <= limits.POSSIBLE_RESIDUAL_RATIO * limit
+    room = (limits.GAIN_TOLERANCE_SHARE + limits.GAIN_REJECTED_SDS * own.tangent_sd) * own.excitation_rad
+    error = credible_error_rad(most, own.expected_error_rad)
+    limit, proof = (room + residual_limit_rad(most, error, sds) for sds in (limits.USUAL_SDS, limits.PROOF_SDS))
+    good, possible = deviation <= limit, not prove or deviation <= proof
     text = "Fringes that should hardly move do so."
     if not good:
         text = "Fringes that should hardly move by the law do move, as if they were those of another grating."
     return Reason("residual", "pass" if good else "undecided" if possible else "fail", deviation, limit, "rad", text)
 
 
-def rivals(table: Sequence[Explanation], *, law_fits: bool, allowed_share: float) -> list[Reason]:
+def rivals(
+    table: Sequence[Explanation], moving: Sequence[tuple[GratingSignal, GratingComparison]], gain: Reason
+) -> list[Reason]:
     """One finding for each rival that remains; where none does, one that says by how much the law is ahead.
 
-    Where the law does not explain the film, only what the fringes do instead is named.
+    Where the law does not explain the film, only what the fringes do instead is named; where only the gain is unusual,
+    its own finding says so, and only rivals that contain the law are asked for.
+
+    Parameters: moving: gratings that moved enough; gain: its finding.
     """
-    if not law_fits:
+    laws = [law for _, law in moving]
+    allowed_share = laws[0].allowed_share
+    if not all(law.fits for law in laws):
         cause = cause_of(table)
         return [] if cause is None else [_remains(cause, allowed_share)]
+    if gain.level != "pass" and not all(law.usual for law in laws):
+        return [_remains(one, allowed_share) for one in table if one.name in CONTAINING and one.better]
     remaining = [one for one in table if one.fits]
     if remaining:
         return [_remains(one, allowed_share) for one in remaining]

@@ -30,7 +30,6 @@ from numpy.typing import NDArray
 from moireid.verifier import limits
 from moireid.verifier.decision import findings
 from moireid.verifier.decision.comparison import (
-    CONTAINING,
     Explanation,
     GratingComparison,
     compare,
@@ -41,7 +40,7 @@ from moireid.verifier.decision.comparison import (
 from moireid.verifier.decision.doubts import camera_doubted, doubts_of
 from moireid.verifier.decision.figures import Figures, calibrated_log10, figures_of
 from moireid.verifier.decision.parts import parts, parts_of
-from moireid.verifier.decision.photographs import photographs
+from moireid.verifier.decision.photographs import photographs, softest
 from moireid.verifier.decision.sheet_gain import DESIGNED, SheetGain
 from moireid.verifier.explanations.honest import without_short_stretches
 from moireid.verifier.explanations.photographs.fringe_spacing import spacing_of
@@ -69,8 +68,8 @@ class Invariant:
 
     gain_ratio: of measured over predicted phase; gain_expected: by which the prediction was multiplied, as the badge is
     known as built, 1 for one as designed; score: log10 odds of the law over its weighted rivals; calibrated_log10: the
-    same, calibrated on honest and forged films; explanations: the table, the law first; photographs: rows on the
-    fringes' spacing and shape; compared: of each grating.
+    same, calibrated on honest and forged films; explanations: the table, the law first; third_harmonic: as
+    `ThirdHarmonic.from_front`; compared: of each grating.
     """
 
     verdict: Verdict
@@ -86,7 +85,7 @@ class Invariant:
     gratings: tuple[dict[str, Any], ...] = ()
     gain_expected: float = 1.0
     explanations: tuple[Explanation, ...] = ()
-    photographs: tuple[Explanation, ...] = ()
+    third_harmonic: float | None = None
     compared: tuple[GratingComparison, ...] = ()
 
     @property
@@ -96,11 +95,6 @@ class Invariant:
         """
         bounds = [one.share_at_most for one in self.explanations if one.share_at_most is not None]
         return one_in(max(bounds)) if bounds else None
-
-    @property
-    def table(self) -> tuple[Explanation, ...]:
-        """All explanations: the law, its rivals, and photographs."""
-        return (*self.explanations, *self.photographs)
 
     @property
     def law_fits(self) -> bool:
@@ -182,17 +176,16 @@ def judge(
         return Invariant("inconclusive", (findings.no_fringes(),))
     mean = _mean_figures([law.figures for law in laws], information / information.sum())
     moving = [(signal, law) for signal, law in zip(signals, laws, strict=True) if law.moved]
-    reasons = findings.evidence(signals, mean, enough=bool(moving))
-    table = film_table(laws)
-    of_photographs: tuple[Explanation, ...] = ()
+    moved = [signal for signal, _ in moving]
     score = min((law.score for _, law in moving), default=0.0)
+    table, harmonic = film_table(laws), None
+    reasons = findings.evidence(signals, mean, enough=bool(moving))  # Step 1.
     if moving:
-        doubts = doubts_of(moving, page_off=page_off, steep_share=_steep_share([one for one, _ in moving], sheet))
-        gains = findings.gain(moving, sheet, prove=not doubts.anything)
-        residual = findings.residual(laws, prove=not (doubts.anything or doubts.covered))
-        together = parts(
-            parts_of([law.figures for law in laws], code_apart, covered=doubts.covered), prove=not doubts.anything
-        )
+        doubts = doubts_of(moving, page_off=page_off, steep_share=_steep_share(moved, sheet))  # Step 2.
+        gains = findings.gain(moving, sheet, prove=not doubts.anything)  # Step 3.
+        residual = findings.residual(laws, prove=not (doubts.anything or doubts.covered))  # Step 4.
+        several = parts_of([law.figures for law in laws], code_apart, covered=doubts.covered)
+        together = parts(several, prove=not doubts.anything)  # Step 5.
         tests = [*gains, residual, together]
         reasons += tests
         if any(one.level != "pass" for one in tests):
@@ -200,15 +193,11 @@ def judge(
         if together.level != "pass":
             score = min(score, 0.0)
         # Where page or sheet is off, fringes and photographs of the design say nothing.
-        fits = all(law.fits for _, law in moving)
-        # Where only the gain is unusual, its own finding says so.
-        only_gain = gains[0].level != "pass" and fits and not all(law.usual for _, law in moving)
-        asked = [one for one in table if one.name in CONTAINING and one.better] if only_gain else table
-        if asked and not page_off:
-            reasons += findings.rivals(asked, law_fits=fits, allowed_share=moving[0][1].allowed_share)
+        if not page_off:
+            reasons += findings.rivals(table, moving, gains[0])  # Step 6.
         if whole and not page_off:
-            of_photographs, more = photographs(spacing, [signal for signal, _ in moving], sheet)
-            reasons += more
+            harmonic = softest(moved, sheet)
+            reasons += photographs(spacing, moved, harmonic)  # Step 7.
     return Invariant(
         worst(reasons),
         tuple(reasons),
@@ -218,7 +207,7 @@ def judge(
         gratings=tuple(law.figures.to_json() | {"score": json_number(law.score)} for law in laws),
         gain_expected=sheet.expected,
         explanations=(law_row(laws), *table) if table else (),
-        photographs=of_photographs,
+        third_harmonic=None if harmonic is None else harmonic.from_front,
         compared=tuple(laws),
     )
 

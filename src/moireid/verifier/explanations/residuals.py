@@ -85,10 +85,13 @@ def log10_odds(own: float, other: float, blocks: float, samples: float) -> float
     return float(samples / 2 * np.log10((other + floor) / (own + floor)))
 
 
-def residual_limit_rad(excitation_rad: float, expected_error_rad: float) -> float:
-    """What an honest film may leave of the phase: a floor, a share of the motion, and its own expected error."""
-    fixed = limits.RESIDUAL_FLOOR_RAD + limits.RESIDUAL_MOTION_SHARE * excitation_rad
-    return math.hypot(fixed, limits.EXPLAINED_SDS * expected_error_rad)
+def residual_limit_rad(excitation_rad: float, expected_error_rad: float, sds: float = limits.USUAL_SDS) -> float:
+    """What honest films leave of the phase, but for few, with that motion and that expected error of a frame.
+
+    Parameters: sds: standard deviations beyond the mean; those of `limits.PROOF_SDS` no honest film has.
+    """
+    one = limits.OWN_MOTION
+    return one.quantile(sds, one.unit_rad(excitation_rad, expected_error_rad))
 
 
 def credible_error_rad(excitation_rad: float, expected_error_rad: float) -> float:

@@ -17,7 +17,7 @@ Parameters = Mapping[str, float | None]
 
 @dataclass(frozen=True)
 class Words:
-    """What the fringes do, and what would exclude that; "" for explanations that other findings speak of."""
+    """What the fringes do, and what would exclude that; "" for the law."""
 
     does: str
     remedy: str = ""
@@ -32,9 +32,6 @@ WORDS = {
     "another_gain": Words("move too far, not far enough, or the wrong way", "film with more motion, or from nearer"),
     "own_motion": Words("move by themselves", "film from nearer, for longer, with more motion"),
     "spell": Words("leave the law for a while", "film the badge throughout, in even light"),
-    "photographs_at_one_distance": Words("be those of photographs from one distance, moved by the law"),
-    "photographs_in_turn": Words("be those of a few photographs, shown in turn or faded into each other"),
-    "photographs_laid_over": Words("be those of photographs, all placed over each other"),
 }
 #: Ranges of the motion over the expected one that have words of their own.
 SHARES = ((-0.12, 0.12, "hardly move where"), (0.45, 0.55, "move half as far as"), (1.9, 2.1, "move twice as far as"))
@@ -42,8 +39,8 @@ SHARES = ((-0.12, 0.12, "hardly move where"), (0.45, 0.55, "move half as far as"
 
 def does(name: str, parameters: Parameters) -> str:
     """What the fringes do by an explanation, with the parameters that fit a film best."""
-    late_s, gain, start_s, end_s, share, count = (
-        parameters.get(one) for one in ("late_s", "gain", "start_s", "end_s", "motion_share", "photographs")
+    late_s, gain, start_s, end_s, share = (
+        parameters.get(one) for one in ("late_s", "gain", "start_s", "end_s", "motion_share")
     )
     words = WORDS[name].does if name in WORDS else name.replace("_", " ")
     if name == "late" and late_s:
@@ -54,11 +51,8 @@ def does(name: str, parameters: Parameters) -> str:
         return f"leave the law from {start_s:.1f} to {end_s:.1f} s"
     if share is not None:
         size = f"by {100 * share:.0f} % of" if share < 1 else f"by {share:.1f} times"
-        if start_s is not None and end_s is not None:
-            return f"{words} {size} its motion (most from {start_s:.1f} to {end_s:.1f} s)"
-        return f"{words} ({size} the law's motion)"
-    if count is not None:
-        return f"{words} (at best {count:.0f} of them)"
+        when = "" if start_s is None or end_s is None else f", most from {start_s:.1f} to {end_s:.1f} s"
+        return f"differ from the law ({size} its motion{when})"
     return words
 
 

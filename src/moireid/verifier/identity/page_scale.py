@@ -27,7 +27,7 @@ from moireid.verifier.measuring import PITCH_TOLERANCE_SHARE
 from moireid.verifier.reasons import Reason
 from moireid.verifier.tracking.track import Track
 
-#: Scales that are looked for, off 1 by so much at most.  Set by hand: "fit to page" prints A4 on letter at 94 %, and
+#: Scales that are looked for, off 1 by so much at most.  Derived: "fit to page" prints A4 on letter at 94 %, and
 #: sheets of common pitches differ by 3 % and more.
 MOST_OFF_SHARE = 0.06
 #: Fringes must explain this share of a row's pattern.  Set by hand: those of printed lines have four fifths of it.

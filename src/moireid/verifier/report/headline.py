@@ -241,4 +241,4 @@ def _how(document: Mapping[str, Any], failed: Mapping[str, Finding]) -> str:
         return broken
     if cause is None and gain is not None and isinstance(gain["measured"], float):
         return how_far(gain["measured"] / (document["invariant"].get("gain_expected") or 1.0))
-    return does("own_motion", {} if cause is None else cause.parameters)
+    return "differ from the law" if cause is None else does(cause.name, cause.parameters)

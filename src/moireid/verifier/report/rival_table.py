@@ -12,13 +12,11 @@ from typing import Any
 
 from moireid.verifier.decision.comparison import LAW, Explanation
 from moireid.verifier.decision.figures import in_words
-from moireid.verifier.explanations.words import WORDS, does
+from moireid.verifier.explanations.words import does
 from moireid.verifier.limits import CALIBRATION_CAP_LOG10, MAX_RIVAL_LOG10
 
 #: An entry of `explanations`, as in the JSON of a report.
 Entry = Mapping[str, Any]
-#: Rivals that are judged by the spacing and shape of the fringes, and not by their motion.
-PHOTOGRAPHS = tuple(name for name in WORDS if name.startswith("photographs"))
 #: Reminder that is shown with all odds.
 NO_PROBABILITY = (
     "They are no probability that the film is genuine: for that, one must also know how many films are forged in the "
@@ -61,7 +59,7 @@ def table_of(document: Mapping[str, Any]) -> RivalTable | None:
     rivals = len(rows) - 1
     factor = 10**MAX_RIVAL_LOG10
     compared = (
-        f"The law of optics and {rivals} other explanations of how the fringes moved, and of their shape, were each "
+        f"The law of optics and {rivals} other explanations of how the fringes moved were each "
         f"fitted to this film. Another explanation remains if it fits the film more than {factor:.0f} times better "
         "than the law does, or if too many films of it would look as much like the law as this one does."
     )
@@ -86,7 +84,7 @@ def odds_line(document: Mapping[str, Any]) -> str:
 def rivals_in(document: Mapping[str, Any]) -> list[Explanation]:
     """The rivals of the motion in a report."""
     names = [field.name for field in fields(Explanation)]
-    known = [one for one in document.get("explanations") or [] if one["name"] not in (LAW, *PHOTOGRAPHS)]
+    known = [one for one in document.get("explanations") or [] if one["name"] != LAW]
     return [Explanation(**{name: one.get(name) for name in names}) for one in known]
 
 

@@ -70,7 +70,7 @@ def built_in(report: Report) -> AsBuilt | None:
 def figures_in(track: Track, measurement: Measurement, invariant: Invariant) -> AsBuilt:
     """As-built figures of the badge in an accepted film; invariant: of all of it, track and measurement of a part."""
     gain, gain_sd = invariant.gain_ratio or math.nan, invariant.gain_sd or math.nan
-    return filmed_built(track, measurement, gain, gain_sd, _from_front(invariant)).as_built
+    return filmed_built(track, measurement, gain, gain_sd, invariant.third_harmonic).as_built
 
 
 def why_refused(report: Report) -> str:
@@ -79,14 +79,6 @@ def why_refused(report: Report) -> str:
     if report.measurement is None:
         return why
     return " ".join([why, *build_findings(report.measurement, report.track.badge, report.invariant.gain_ratio)])
-
-
-def _from_front(invariant: Invariant) -> float | None:
-    """The third harmonic as the badge would show it from the front, contrasts; None where it was not measured."""
-    found = next((one.parameters for one in invariant.table if one.name == "photographs_laid_over"), None)
-    if not found or not found["let_through"] > 0:
-        return None
-    return found["third_harmonic"] / found["let_through"]
 
 
 def check_builds(parts: list[AsBuilt], videos: Sequence[AnyPath], badge: Badge) -> None:

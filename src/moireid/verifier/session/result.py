@@ -196,7 +196,7 @@ class Report:
             "reasons": [reason.to_json() for reason in self.reasons],
             "invariant": self.invariant.to_json() | {"gratings": self._gratings()},
             "strength": strength_json(self.invariant.strength),
-            "explanations": [one.to_json() for one in self.invariant.table],
+            "explanations": [one.to_json() for one in self.invariant.explanations],
             "identity": self.identity.to_json(),
             "claim_source": self.claim_source,
             "registry": self.registry.to_json() if self.registry else None,

@@ -178,7 +178,7 @@ class LiveCheck:
             "claim_source": self._claim.provenance.source,
             "registry": self._claim.stated()["registry"],
             "invariant": invariant.to_json(),
-            "explanations": [one.to_json() for one in invariant.table],
+            "explanations": [one.to_json() for one in invariant.explanations],
             "identity": identity.to_json(),
             "overlap": overlap.to_json() if overlap else None,
             "frames": {"read": self._index, "tracked": tracked},

@@ -41,23 +41,11 @@ WHOLE_SHARE = 0.9
 
 @dataclass(frozen=True)
 class CrossFade:
-    """The share of the form of so many photographs; its part that nothing else explains; and its standard deviation."""
+    """The share of the form of so many photographs, and its part that nothing else explains."""
 
     photographs: int
     share: float
     certain: float
-    sd: float = math.inf
-
-    @property
-    def log10_odds(self) -> float:
-        """Decadic logarithm of the odds of a badge over so many photographs.
-
-        Source: ratio of two normal densities of the share, about 0 and about 1; a badge's is at least 0.  A share of
-            `MAX_CROSS_FADE_SHARE` counts as `PHOTOGRAPH_SDS` standard deviations at most, as light and lenses vary.
-        """
-        share = max(self.share, 0.0)
-        sd = math.hypot(self.sd, MAX_CROSS_FADE_SHARE / PHOTOGRAPH_SDS)
-        return ((share - 1) ** 2 - share**2) / (2 * sd**2 * math.log(10))
 
     @property
     def seen(self) -> bool:
@@ -85,7 +73,7 @@ def cross_fade_of(signal: GratingSignal) -> CrossFade | None:
     columns = np.column_stack([np.ones(len(frames)), *(standard(seen(series)) for series in smooth)])
     if len(frames) < max(LEAST_VIEWS, 2 * columns.shape[1]):
         # So few views are so many photographs.
-        return CrossFade(len(frames), 1.0, 1.0, 1.0)
+        return CrossFade(len(frames), 1.0, 1.0)
     kept = np.linalg.qr(columns)[0]
 
     def bent(series: Complex) -> Complex:
@@ -129,14 +117,14 @@ class _ViewTable:
     scattered: float
     uneven: float
 
-    def shares(self, form: Complex) -> tuple[float, float, float]:
-        """The share of a form (V,) in what is shown, what of it is certain, and its standard deviation."""
+    def shares(self, form: Complex) -> tuple[float, float]:
+        """The share of a form (V,) in what is shown, and what of it is certain."""
         power = float(np.vdot(form, form).real)
         if power <= 0:
-            return 0.0, -math.inf, math.inf
+            return 0.0, -math.inf
         share, blurred = (float(np.vdot(form, series).real) / power for series in (self.shown, self.by_camera))
         if share > MOST_SHARE:
-            return share, -math.inf, math.inf
+            return share, -math.inf
         left = self.shown - share * form
         rest = float(np.vdot(left, left).real)
         lasting = float(np.clip(np.vdot(left[:-1], left[1:]).real / max(rest, 1e-30), 0.0, 0.9))
@@ -144,7 +132,7 @@ class _ViewTable:
         # A badge's own waveform may change by the form, at worst.
         uneven = self.uneven * math.sqrt(len(left) / power)
         sd = math.sqrt(noise / power)
-        return share, share - max(blurred, 0.0) - PHOTOGRAPH_SDS * sd - uneven, math.hypot(sd, uneven)
+        return share, share - max(blurred, 0.0) - PHOTOGRAPH_SDS * sd - uneven
 
 
 def _forms(place_rad: Array) -> Iterator[tuple[int, Complex]]:

@@ -54,14 +54,6 @@ class Spacing:
         return student / limits.PHOTOGRAPH_SDS * math.sqrt(self.pieces / (self.pieces - 1))
 
     @property
-    def log10_odds(self) -> float:
-        """Decadic logarithm of the odds of a badge over photographs from one distance.
-
-        Source: ratio of two normal densities of the gain, about 1 and about 0.
-        """
-        return (self.gain**2 - (self.gain - 1) ** 2) / (2 * self.sd**2 * math.log(10))
-
-    @property
     def wrong(self) -> bool:
         """Whether it contradicts a badge.
 

@@ -66,20 +66,14 @@ class ThirdHarmonic:
         return math.hypot(self.least, PHOTOGRAPH_SDS * self.sd)
 
     @property
-    def log10_odds(self) -> float:
-        """Decadic logarithm of the odds of a badge over superposed photographs.
-
-        Source: ratio of two normal densities of the surplus: about any of at least `least`, and about any of at most 0.
-            A surplus of `least` counts as `PHOTOGRAPH_SDS` standard deviations at most, as light and dirt change it.
-        """
-        badge, photographs = min(self.surplus - self.least, 0.0), max(self.surplus, 0.0)
-        sd = math.hypot(self.sd, self.least / PHOTOGRAPH_SDS)
-        return (photographs**2 - badge**2) / (2 * sd**2 * math.log(10))
-
-    @property
     def surplus(self) -> float:
         """What turns with the fringes, less what stays still."""
         return abs(self.size) - self.still
+
+    @property
+    def from_front(self) -> float | None:
+        """The surplus as the badge would show it from the front; None where the optics let nothing through."""
+        return self.surplus / self.let_through if self.let_through > 0 else None
 
     @property
     def seen(self) -> bool:
