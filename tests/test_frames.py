@@ -12,7 +12,7 @@ import pytest
 from kit.numeric_films import Building, filmed
 from moireid.badge import Badge, Cell, Grating, badge_from_json
 from moireid.designer import Request, design_badge
-from moireid.errors import SpecError
+from moireid.errors import DesignError, SpecError
 from moireid.frames import own_frame, own_rect
 from moireid.lenticule import view_law
 from moireid.simulate.analytic.analytic_renderer import AnalyticRenderer
@@ -185,3 +185,9 @@ def test_a_film_of_three_gratings_is_measured_and_read(hexagonal: Badge) -> None
     assert [figures["gain_ratio"] for figures in found.gratings] == pytest.approx([1.0] * 3, abs=0.03)
     identity = judge_identity(track, measurement, claimed_id=hexagonal.id)
     assert (identity.verdict, identity.decoded_id) == ("match", PAYLOAD.hex())
+
+
+def test_a_board_too_small_for_three_fields_says_so() -> None:
+    """Catches: fields of no height, or an error that names no way out."""
+    with pytest.raises(DesignError, match="larger board"):
+        design_badge(Request("Ada", axes="hex", size_mm=(60.0, 66.0), range_m=(0.3, 0.5)), PAYLOAD)

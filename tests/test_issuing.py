@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,11 +13,11 @@ import pytest
 from moireid.badge import Badge, load_badge
 from moireid.designer import Request, design_badge, random_payload
 from moireid.designer.formats import in_format
-from moireid.errors import RegistryError
+from moireid.errors import FabricationError, RegistryError
 from moireid.fabrication.mount_parts import MountSolids
 from moireid.fabrication.package import print_badge
 from moireid.fabrication.printed.mount import MountPlan, MountReport
-from moireid.fabrication.process_figures import MountFigures
+from moireid.fabrication.process_figures import MountFigures, mount_figures
 from moireid.issuing import IssueOrder, Wear, plan_badge
 from moireid.registry import open_registry
 
@@ -107,3 +108,12 @@ def test_a_format_gets_a_holder_where_the_mount_asked_for_does_not_fit(badge: Ba
     for wish in (None, "lanyard", "holder", "none"):
         parts, note = CARD.parts(badge, wish, MountFigures())
         assert (parts.printed, note) == (wish or "lanyard", None)
+
+
+def test_a_figure_that_was_given_is_an_order(badge: Badge) -> None:
+    """Catches: another mount than the one whose figure was set; a board of its own that is given a holder unasked."""
+    with pytest.raises(FabricationError, match="front wall"):
+        CARD.parts(badge, "stand", mount_figures(["stand_deg=20"]))
+    # A board of its own has the acrylic stack, which can be made.
+    parts, note = replace(CARD, format_name=None).parts(badge, "stand", MountFigures())
+    assert (parts.printed, note) == ("none", None) and parts.acrylic and "front wall" in parts.left_out["printed"]

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import pytest
 
+from moireid.artwork.clear import areas_of
 from moireid.badge import Badge, CodedFrame, badge_from_json
 from moireid.designer import Request, design_badge
 from moireid.designer.formats import FORMATS, in_format
@@ -53,3 +54,11 @@ def test_a_frame_is_refused_where_it_cannot_be() -> None:
         design_badge(Request("Ada", markers="frame", axes="hex"), PAYLOAD)
     with pytest.raises(DesignError, match="squares or frame"):
         design_badge(replace(Request("Ada"), markers="none"), PAYLOAD)
+
+
+@pytest.mark.parametrize("name", ["cr80", "a7", "a6", "a5", "board"])
+def test_a_frame_leaves_room_for_name_and_id_in_every_format(name: str) -> None:
+    """Catches: ends that shrink with the board while the frame's white does not."""
+    badge = design_badge(in_format(Request("Ada", markers="frame"), name), bytes(16))
+    areas = areas_of(badge)
+    assert all(areas[area][3] - areas[area][1] >= least for area, least in (("head", 7 - 1e-6), ("foot", 6.5 - 1e-6)))

@@ -7,18 +7,22 @@ import struct
 from fractions import Fraction
 from itertools import permutations, product
 from pathlib import Path
+from types import SimpleNamespace
 
 import av
 import numpy as np
 import pytest
 from click.testing import CliRunner
 
+import moireid as mo
 from kit.coded_films import written
 from kit.damaging import PICTURES, TS, Part, joined, recoded, with_box, with_edits
 from kit.signing import new_key, pem_of, public_pem_of
 from moireid.badge import Badge, load_badge
 from moireid.cli.main import moireid
-from moireid.verifier import Claim, Film, Report, verify
+from moireid.errors import MediaError
+from moireid.verifier import Claim, Film, Report, identify, verify
+from moireid.verifier.session.capture import capture_as_built
 from moireid.verifier.video import OPENING
 
 DEFAULT, COVER, FORCED = 1, 1024, 64
@@ -278,3 +282,14 @@ def test_the_command_names_the_track_and_so_does_the_signature(both):
     assert "track 1 of its 2 video tracks was judged" in words
     checked = json.loads(said("attest", "check", "a.json", "--key", "pub.pem", "--json", code=0))
     assert [track["chosen"] for track in checked["film"]["tracks"]] == [False, True]
+
+
+def test_no_other_way_in_judges_a_track_unasked(both, badge, ada):
+    """Catches: a badge found, or figures of enrolment measured, in a track that players do not show."""
+    enrolled = SimpleNamespace(holds=lambda name: True, alike=lambda parts: [])
+    found = identify(both, [badge], enrolled)
+    assert found.finding == "inconclusive" and [reason.code for reason in found.reasons] == ["tracks"]
+    with pytest.raises(MediaError, match="2 video tracks"):
+        capture_as_built([both], ada)
+    assert mo.verify(both, badge="badge.json", pictures=False).verdict == "inconclusive"
+    assert mo.verify(both, badge="badge.json", pictures=False, track=1).verdict == "accept"

@@ -14,7 +14,9 @@ import msgspec
 import pytest
 
 from kit.webbing import Visit, film_form, studio
-from moireid.bringup.build_folder import BuildState, Reading, Wish
+from moireid.bringup.bring_up import STEPS, Advance
+from moireid.bringup.build_folder import BuildFolder, BuildState, Figure, Reading, Wish
+from moireid_studio.jobs.build_round import in_page_words
 from moireid_studio.pages.first_badge import FILES
 from moireid_studio.store.build_store import Build, BuildRound
 
@@ -181,3 +183,20 @@ def wait(visit: Visit, build: Build) -> Any:
             return job
         time.sleep(0.1)
     raise AssertionError("the round does not end")
+
+
+def test_a_page_says_what_is_next_in_its_own_words(visit: Visit) -> None:
+    """Catches: a path of this machine, or an option of the command, on a page; a refusal or an advice left out; a
+    name or a finding that is run as HTML."""
+    for step in STEPS:
+        folder = BuildFolder(Path("first-badge"), BuildState(1, "first-badge"))
+        words = " ".join(in_page_words(Advance(folder, STEPS, (), step)).ask)
+        assert not any(left in words for left in ("first-badge", "Save it", "--", ".mp4", ".jpg", "/")), words
+    build = begin(visit)
+    advice = "Give the camera's distance by a tape measure (--distance), or its --focal-px."
+    reading = Reading(figures=[Figure("Sheet <b>", 0.508, 0.0003, "mm", "look", "words", advice)])
+    came(visit, build, BuildRound(["sheet"], "sheet", "first-badge/sheet-photo.jpg <i>is dark"), ("sheet", reading))
+    page = visit.ask("GET", f"/first-badge/{build.id}", "issuer").text
+    assert "Next: photograph the pitch test" in page and "> sheet-photo.jpg &lt;i&gt;is dark" in page
+    assert "0.50800 ± 0.00030 mm" in page and "Sheet &lt;b&gt;" in page and str(visit.folder) not in page
+    assert "by a tape measure, or its focal length." in page and 'name="video"' in page

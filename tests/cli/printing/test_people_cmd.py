@@ -80,3 +80,11 @@ def test_a_good_list_skips_nothing_and_each_badge_has_a_moving_preview(tmp_path:
     assert all({path.name for path in Path(one["folder"]).iterdir()} == names for one in document["people"])
     one = CliRunner().invoke(moireid, ["print", "Ada", "--out", str(tmp_path / "b"), "--skip-bad"])
     assert one.exit_code == 2 and "--people" in one.stderr
+
+
+def test_unknown_columns_are_named_with_the_nearest_known_one(tmp_path: Path) -> None:
+    """Catches: a misspelt column whose cells are on no badge, without a word."""
+    done = printed(tmp_path, "name,titel,lien,Colour,portait\nAda,Dr,Speaker,teal,\n", "--json")
+    (note,) = json.loads(done.stdout)["notes"]
+    assert "columns 'titel', 'lien' (did you mean line?), 'portait' (did you mean portrait?); " in note
+    assert "colour'" not in note and note in done.stderr

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import stat
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -99,3 +100,30 @@ def test_no_command_writes_over_its_own_registry(run: Callable[..., Result], tmp
         done = run(*words, "r.sqlite3", *to)
         assert done.exit_code == 2 and "is a file that is read here" in done.output, done.output
     assert (tmp_path / "r.sqlite3").read_bytes() == before
+
+
+@pytest.mark.parametrize("text", ["", "[]", "{}", "no proof", '{"format": 1}', "[" * 10000])
+def test_what_is_no_proof_is_bad_input(text: str) -> None:
+    """Catches: a traceback, and "does not hold" of a file that is something else."""
+    with pytest.raises(RegistryError, match="it is no proof"):
+        check_proof(text, "it")
+
+
+def test_the_commands_make_and_check_it(run: Callable[..., Result], tmp_path: Path) -> None:
+    """Catches: a file that everybody may read, though it holds an identity; another authority that is believed."""
+    made = run("prove", "Ada", "--out", "ada.proof", "--registry", "sqlite:///r.sqlite3", "--json")
+    assert made.exit_code == 0, made.output
+    assert stat.S_IMODE((tmp_path / "ada.proof").stat().st_mode) == 0o600
+    trusted = json.loads(made.stdout)["fingerprint"]
+    held = run("check-proof", "ada.proof", "--trust", trusted)
+    assert held.exit_code == 0 and "HOLDS: badge" in held.output and "What came later" in held.output
+    answer = json.loads(run("check-proof", "ada.proof", "--json").stdout)
+    assert answer["holds"] and answer["badge"]["name"] == "Ada" and not answer["trusted"]
+    other = run("check-proof", "ada.proof", "--trust", "ab" * 16)
+    assert other.exit_code == 1 and "DOES NOT HOLD: it is signed by authority" in other.output
+    text = (tmp_path / "ada.proof").read_text(encoding="utf-8")
+    (tmp_path / "eve.proof").write_text(text.replace('"name": "Ada"', '"name": "Eve"'), encoding="utf-8")
+    changed = run("check-proof", "eve.proof", "--json")
+    assert changed.exit_code == 1 and json.loads(changed.stdout)["code"] == "record"
+    assert run("check-proof", "none.proof").exit_code == 2
+    assert run("prove", "Ada", "--out", "ada.proof", "--registry", "sqlite:///r.sqlite3").exit_code == 2

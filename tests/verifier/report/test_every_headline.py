@@ -6,6 +6,7 @@ The codes are read from the source, so one that is new has no evidence here, and
 from __future__ import annotations
 
 import ast
+import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -16,11 +17,11 @@ import numpy as np
 import pytest
 
 from kit.fringe_signals import FRAMES, fringe_signal, lasting_noise, trajectory
-from kit.report_documents import ADA, ASKED, document
+from kit.report_documents import ADA, ASKED, LAW_ROW, REGISTRY, document, finding, rival
 from moireid.asbuilt import AsBuilt
 from moireid.badge import Badge
 from moireid.idcodes import DecodeResult
-from moireid.provenance import Provenance
+from moireid.provenance import BadgeHolder, Exclusion, Provenance, Standing
 from moireid.verifier import Claim, limits
 from moireid.verifier.damage import DamageWatch, claimed_finding
 from moireid.verifier.decision import findings, judge
@@ -29,6 +30,7 @@ from moireid.verifier.decision.figures import Figures
 from moireid.verifier.decision.judge import Invariant, judge_signals
 from moireid.verifier.decision.sheet_gain import DESIGNED, gain_reason
 from moireid.verifier.explanations.photographs.fringe_spacing import Spacing
+from moireid.verifier.explanations.words import WORDS
 from moireid.verifier.fringes.grating_signal import BeyondPhase, DepthLaw, GratingSignal
 from moireid.verifier.identity import decode, page_scale
 from moireid.verifier.identity.cell_motion import CellMotion
@@ -37,8 +39,9 @@ from moireid.verifier.identity.compare_built import compare_built
 from moireid.verifier.identity.decode import Identity
 from moireid.verifier.measuring import CELLS_MOVE_RATIO, CELLS_STILL_RATIO, MAX_UNSEARCHED_S
 from moireid.verifier.reasons import Reason
+from moireid.verifier.report import headline
 from moireid.verifier.report.finding_words import GENERAL, RIVALS
-from moireid.verifier.report.headline import BARRED, headline_of
+from moireid.verifier.report.headline import BARRED, BROKEN, Headline, headline_of
 from moireid.verifier.session import badge_session, chapters, check_level, cover, identify, overlap, streaming
 from moireid.verifier.session.claim import claim_reasons
 from moireid.verifier.timeline import restart_findings
@@ -239,3 +242,54 @@ def test_each_code_of_a_report_is_caused_and_has_words_of_its_own(caused: list[R
         if reason.level == "fail":
             found = headline_of(document("reject", reason.to_json(), law="inconclusive"), ASKED)
             assert found.title != "Not accepted", reason
+
+
+def read_by(name: str, **how: Any) -> Any:
+    return replace(ASKED, read=BadgeHolder(name, **how))
+
+
+def cases() -> Iterator[tuple[dict[str, Any], Any]]:
+    """A report, and its circumstances, for each headline of `headline.py`."""
+    bundle = replace(ASKED, standing=Standing("c0ffee" * 5, REGISTRY.head, expires="2026-05-12T08:00:00Z"))
+    yield document("accept") | {"finding": "found", "found_id": ADA, "found_name": "Ada"}, ASKED
+    yield document("accept", identity="not_claimed"), ASKED
+    yield document("accept", claim_source="file"), ASKED
+    yield document("accept"), bundle
+    yield document("inconclusive", finding("motion", "undecided"), law="inconclusive"), ASKED
+    yield document("inconclusive"), ASKED
+    for code in BARRED:
+        yield document("reject", finding(code, measured="2026-05-03")), ASKED
+        yield document("reject", finding(code)), replace(ASKED, barred=Exclusion(code, "2026-05-03", "lost"))  # type: ignore[arg-type]
+    for name in ("still", "drift", "late", "place"):
+        table = [LAW_ROW, rival(name, -9.0)]
+        yield document("reject", finding("residual"), law="reject", explanations=table), ASKED
+    for code in BROKEN:
+        yield document("reject", finding(code, measured=-4.0), law="reject"), ASKED
+    for code in ("gain", "cells_move", "name", "enrolled", "identities", "beats", "identity", "built", "odd"):
+        yield document("reject", finding(code, measured=0.5), identity="mismatch"), ASKED
+    another = document("reject", finding("identity"), identity="mismatch")
+    yield another, read_by("Ada Lovelace")
+    yield another, read_by("Sarah Example", line="Editor")
+    gone = read_by("Ada", barred=Exclusion("revoked", "2026-05-03", "lost"))
+    yield document("accept", finding("enrolled")) | {"finding": "nobody", "found_id": None}, gone
+
+
+def test_each_headline_in_the_source_has_a_case(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Catches: a headline that was added and that no report here has."""
+    lines: set[int] = set()
+
+    def noted(*given: Any) -> Headline:
+        lines.add(sys._getframe(1).f_lineno)
+        return Headline(*given)
+
+    monkeypatch.setattr(headline, "Headline", noted)
+    titles = set()
+    for report, known in cases():
+        found = headline_of(report, known)
+        titles.add(found.title)
+        assert found.title and found.advice.endswith((".", "?")) and found.text.endswith("."), found
+    tree = ast.parse(Path(headline.__file__).read_text(encoding="utf-8"))
+    calls = (node for node in ast.walk(tree) if isinstance(node, ast.Call))
+    assert {node.lineno for node in calls if getattr(node.func, "id", "") == "Headline"} == lines
+    for words in (*(WORDS[name].does for name in ("still", "drift", "late", "place")), *BROKEN.values()):
+        assert any(words in title for title in titles), words
