@@ -38,10 +38,8 @@ def run(people: Path, out: Path, *more: str) -> Result:
 #: Boards that fill their paper, and how many of them are on it.
 FULL = [
     ("a4", (90.0, 110.0), (0.5, 0.9), 4),
-    ("a4", (90.0, 85.0), (0.5, 0.9), 6),
     ("letter", (60.0, 80.0), (0.3, 1.0), 9),
     ("a4", (186.0, 273.0), (0.8, 2.5), 1),
-    ("letter", (191.9, 255.4), (0.8, 2.5), 1),
 ]
 
 
