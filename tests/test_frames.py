@@ -25,6 +25,7 @@ from moireid.verifier.fringes.strip_law import strip_law
 from moireid.verifier.identity.decode import judge_identity
 from moireid.verifier.tracking.brightness_profiles import ProfileReader
 from moireid_lab.bench.simulate.reference import Setup, trace_pixels
+from moireid.errors import DesignError, SpecError
 
 PAYLOAD = bytes.fromhex("0f5ac3962d784be1")
 A4 = (210.0, 297.0)
@@ -192,3 +193,9 @@ def test_a_film_of_three_gratings_is_measured_and_read(hexagonal: Badge) -> None
     assert [figures["gain_ratio"] for figures in found.gratings] == pytest.approx([1.0] * 3, abs=0.03)
     identity = judge_identity(track, measurement, claimed_id=hexagonal.id)
     assert (identity.verdict, identity.decoded_id) == ("match", PAYLOAD.hex())
+
+
+def test_a_board_too_small_for_three_fields_says_so() -> None:
+    """Catches: fields of no height, or an error that names no way out."""
+    with pytest.raises(DesignError, match="larger board"):
+        design_badge(Request("Ada", axes="hex", size_mm=(60.0, 66.0), range_m=(0.3, 0.5)), PAYLOAD)

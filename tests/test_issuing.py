@@ -21,6 +21,9 @@ from moireid.fabrication.package import print_badge
 from moireid.fabrication.printed.mount import MountPlan, MountReport
 from moireid.issuing import choose_parts, draw, plan_badge
 from moireid.registry import open_registry
+from dataclasses import replace
+from moireid.errors import FabricationError, RegistryError
+from moireid.fabrication.process_figures import MountFigures, mount_figures
 
 PLAIN = Order("Ada Lovelace", lines=["Reporter"], mount="none")
 
@@ -104,6 +107,15 @@ def test_a_format_gets_a_holder_where_the_mount_asked_for_does_not_fit(badge: Ba
     for wish in (None, "lanyard", "holder", "none"):
         parts, note = choose_parts(badge, replace(CARD, mount=wish))
         assert (parts.printed, note) == (wish or "lanyard", None)
+
+
+def test_a_figure_that_was_given_is_an_order(badge: Badge) -> None:
+    """Catches: another mount than the one whose figure was set; a board of its own that is given a holder unasked."""
+    with pytest.raises(FabricationError, match="front wall"):
+        CARD.parts(badge, "stand", mount_figures(["stand_deg=20"]))
+    # A board of its own has the acrylic stack, which can be made.
+    parts, note = replace(CARD, format_name=None).parts(badge, "stand", MountFigures())
+    assert (parts.printed, note) == ("none", None) and parts.acrylic and "front wall" in parts.left_out["printed"]
 
 
 # Identities that are drawn.

@@ -172,3 +172,10 @@ def test_page_plane_slope_is_that_of_a_fixed_page_point() -> None:
 
     slope = (phase(-30.0) - phase(50.0)) / (80.0 / distance)
     assert optics.page_plane_slope_rad(SHEET, G_EFF, REAR) == pytest.approx(slope, rel=1e-9)
+
+
+@pytest.mark.parametrize("beat", [-1 / FRONT, -5.0, math.nan, -math.inf])
+def test_a_beat_that_no_pitch_makes_is_refused(beat: float) -> None:
+    """Catches: a negative, infinite or NaN pitch handed back as if lines could be drawn with it."""
+    with pytest.raises(DesignError, match="no printed pitch"):
+        optics.rear_pitch_for_beat_mm(FRONT, [0.01, beat])

@@ -11,6 +11,8 @@ from moireid.lenticule import trace_law
 from moireid.profiles import lens_named, mask_named, sheet_of_thickness
 from moireid.sheets import PRODUCTS, effective_gap_mm, possible_gains, sheet_lens
 
+import math
+
 OLD = {"40lpi": 1.25, "50lpi": 1.00, "60lpi": 0.84, "75lpi": 0.67}
 
 
@@ -59,3 +61,14 @@ def test_a_badge_is_designed_for_the_sheet_that_was_measured():
     assert badge_from_json(badge.to_json()).lens == badge.lens
     with pytest.raises(SpecError, match="gap"):
         design_badge(Order("Mask", lens="50lpi", front="mask", lens_thickness_mm=0.457), bytes(8))
+
+
+def test_a_sheet_of_another_thickness_still_meets_and_focuses():
+    """Catches: cylinders that do not meet; a thick sheet that is left out of focus."""
+    lens = lens_named("75lpi")
+    thin, thick = sheet_of_thickness(lens, 0.457), sheet_of_thickness(lens, 0.8)
+    assert thin.thickness_mm == 0.457 and thin.radius_mm >= lens.pitch_mm / 2
+    assert thick.radius_mm == pytest.approx(0.8 * 0.56 / 1.56)
+    for wrong in (0.0, -1.0, 0.1, math.nan, math.inf):
+        with pytest.raises(SpecError):
+            sheet_of_thickness(lens, wrong)

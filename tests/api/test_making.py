@@ -101,3 +101,23 @@ def test_a_note_of_the_command_is_a_warning_here(tmp_path: Path) -> None:
     badge = mo.design("Ada", payload=PAYLOAD)
     with pytest.warns(UserWarning, match="has nothing in colour"):
         mo.print_badge(badge, tmp_path / "ada", mount="none", template="plain", colour="teal")
+
+
+def test_a_badge_shows_its_picture() -> None:
+    """Catches: a picture of another badge, or of nothing, in a notebook."""
+    badge = mo.design("Ada", payload=PAYLOAD)
+    picture = badge.show()
+    assert picture.size == (876, 960)
+    assert badge._repr_png_().startswith(b"\x89PNG")
+    assert picture.tobytes() != mo.design("Grace", payload=PAYLOAD).show().tobytes()
+
+
+def test_sizes_and_distances_are_numbers() -> None:
+    """Catches: figures that lose digits as they become the text of an option."""
+    badge = mo.design("Ada", size_mm=(150.125, 140), range_m=(0.8, 1.0), payload=bytes(8))
+    x0, y0, x1, y1 = badge.outline_mm
+    assert (x1 - x0, y1 - y0, badge.range_m, badge.id) == (150.125, 140, (0.8, 1.0), "00" * 8)
+    with pytest.raises(mo.SpecError, match=r"size_mm='large' is no pair of numbers"):
+        mo.design("Ada", size_mm="large")  # type: ignore[arg-type]
+    with pytest.raises(mo.SpecError, match="is not possible"):
+        mo.design("Ada", range_m=(2.0, 1.0))

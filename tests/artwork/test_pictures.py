@@ -9,6 +9,7 @@ import pytest
 from PIL import Image
 
 from moireid.artwork import svg as drawn
+from moireid.artwork.content import content_of
 from moireid.artwork.pictures import MOST_SIDE_PX, as_portrait, load_picture
 from moireid.errors import SpecError
 
@@ -102,3 +103,14 @@ def test_photographs_are_upright_small_and_cut_to_a_portrait(tmp_path: Path) -> 
     wide, high = as_portrait(found.resize((400, 1000))).size
     assert wide / high == pytest.approx(0.8, abs=0.01)
     assert as_portrait(found.resize((1000, 400))).size == (320, 400)
+
+
+def test_colours_are_hex_or_css(tmp_path: Path) -> None:
+    """Catches: a colour that is guessed."""
+    assert content_of(colour="#134e8c").colour == pytest.approx((0x13 / 255, 0x4E / 255, 0x8C / 255))
+    assert content_of(colour="Teal").colour == pytest.approx((0, 128 / 255, 128 / 255))
+    with pytest.raises(SpecError, match="'tael' is not known; give six hex digits"):
+        content_of(colour="tael")
+    for wrong in ("rgb(200%,0%,0%)", "rgb(999,0,0)", "hsl(0,300%,50%)", "#0a7d6e00"):
+        with pytest.raises(SpecError, match="is not known"):
+            content_of(colour=wrong)

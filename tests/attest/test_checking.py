@@ -280,3 +280,16 @@ def test_a_hostile_envelope_gives_a_sentence(name: str, envelope: Path, key: Sig
     assert [fault["part"] for fault in printed["faults"]] == [part], printed
     done = checked(tmp_path / "hostile.json")
     assert done.exit_code == 1 and done.output.startswith("DOES NOT HOLD") and len(done.output) < 900
+
+
+def test_what_is_not_there_is_bad_input(tmp_path: Path, envelope: Path) -> None:
+    """Catches: exit code 1, by which a script would take a wrong name for a forgery."""
+    for options in ((tmp_path / "none",), (envelope, "--film", tmp_path / "none"), (envelope, "--key", envelope)):
+        done = checked(*options)
+        assert done.exit_code == 2 and done.stderr.startswith("error: ") and done.stdout == ""
+
+
+def test_the_schema_is_printed() -> None:
+    """Catches: an option that asks for a file first."""
+    done = CliRunner().invoke(moireid, ["attest", "check", "--schema"])
+    assert done.exit_code == 0 and json.loads(done.stdout)["$id"] == "urn:moireid:schema:attestation:1"

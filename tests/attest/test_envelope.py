@@ -12,15 +12,15 @@ from typing import Any
 
 import pytest
 from cryptography.hazmat.primitives import hashes, serialization
-from cryptography.hazmat.primitives.asymmetric import ec
+from cryptography.hazmat.primitives.asymmetric import ec, rsa
 from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
 from securesystemslib.dsse import Envelope
 from securesystemslib.signer import SSlibKey
 
 from kit.programs import needs
-from kit.signing import certified_key, new_key, pem_of_certificates, public_pem_of
+from kit.signing import DAY, certificate, certified_key, new_key, pem_of, pem_of_certificates, public_pem_of
 from moireid.attest import load_public_key, load_signing_key
-from moireid.attest.signing_keys import SigningKey, fingerprint, holder
+from moireid.attest.signing_keys import MOST_BYTES, SigningKey, fingerprint, holder
 from moireid.errors import SpecError
 
 KINDS = ("ed25519", "p256")
@@ -86,3 +86,52 @@ def test_a_key_comes_with_its_chain(kind: str, tmp_path: Path) -> None:
         assert fingerprint(load_public_key(tmp_path / name)) == fingerprint(found.public)
     der = key.public_key().public_bytes(serialization.Encoding.DER, serialization.PublicFormat.SubjectPublicKeyInfo)
     assert fingerprint(found.public) == hashlib.sha256(der).hexdigest()
+
+
+def bad_keys() -> dict[str, tuple[bytes, str]]:
+    """Files that are no key to sign with, and words of what is said."""
+    key, other = new_key("p256"), new_key("p256")
+    own = certificate("Desk", key, "Root", other)
+    late = certificate("Desk", key, "Root", other, begins=-9 * DAY, ends=-2 * DAY)
+    false_root = certificate("Root", new_key("p256"), "Root", other, authority=True)
+    locked = key.private_bytes(
+        serialization.Encoding.PEM, serialization.PrivateFormat.PKCS8, serialization.BestAvailableEncryption(b"x")
+    )
+    p384 = pem_of(ec.generate_private_key(ec.SECP384R1()))
+    form = serialization.PrivateFormat.TraditionalOpenSSL
+    rsa_key = rsa.generate_private_key(65537, 2048).private_bytes(
+        serialization.Encoding.PEM, serialization.PrivateFormat.PKCS8, serialization.NoEncryption()
+    )
+    broken = key.private_bytes(serialization.Encoding.PEM, form, serialization.NoEncryption()).replace(b"M", b"N")
+    return {
+        "empty": (b"", "no private key"),
+        "public": (public_pem_of(key), "no private key"),
+        "two": (pem_of(key) + pem_of(other), "2 private keys"),
+        "locked": (locked, "encrypted"),
+        "p384": (p384, "neither Ed25519 nor ECDSA on P-256"),
+        "rsa": (rsa_key, "neither Ed25519 nor ECDSA on P-256"),
+        "broken": (broken, "cannot be read"),
+        "another's certificate": (pem_of(other) + pem_of_certificates(own), "of the private key in it"),
+        "out of date": (pem_of(key) + pem_of_certificates(late), "valid from"),
+        "false chain": (pem_of(key) + pem_of_certificates(own, false_root), "not issued by"),
+        "no certificate": (
+            pem_of(key) + b"-----BEGIN CERTIFICATE-----\nMAA=\n-----END CERTIFICATE-----\n",
+            "certificate",
+        ),
+        "huge": (pem_of(key) + b"\n" * MOST_BYTES, "larger than"),
+    }
+
+
+BAD_KEYS = bad_keys()
+
+
+@pytest.mark.parametrize("name", BAD_KEYS)
+def test_what_is_no_key_is_refused(name: str, tmp_path: Path) -> None:
+    """Catches: a traceback of the library, a key of a kind that no one can check, a certificate of another."""
+    content, words = BAD_KEYS[name]
+    path = tmp_path / "key.pem"
+    path.write_bytes(content)
+    with pytest.raises(SpecError, match=words):
+        load_signing_key(path)
+    with pytest.raises(SpecError, match=r"missing\.pem cannot be read"):
+        load_signing_key(tmp_path / "missing.pem")

@@ -112,3 +112,10 @@ def test_an_authority_that_does_not_stamp_is_reported(
     (root.parent / "bad").write_bytes(answer)
     with pytest.raises(SpecError, match=words):
         ask_for_stamp(f"{url}bad", b"signature")
+
+
+@pytest.mark.parametrize("url", ["file:///etc/passwd", "http://127.0.0.1:1/", "http://[", "no address"])
+def test_an_address_that_answers_nothing_is_reported(url: str) -> None:
+    """Catches: a file of this machine sent for a stamp, a traceback of the network."""
+    with pytest.raises(SpecError, match="time authority"):
+        ask_for_stamp(url, b"signature")

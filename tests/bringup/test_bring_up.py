@@ -142,3 +142,10 @@ def test_files_of_others_are_not_replaced(tmp_path: Path):
     with pytest.raises(SpecError, match=r"sheet\.json exists already"):
         open_folder(tmp_path)
     assert {name.split("/")[0] for step in STEPS for name in step.made} <= set(OWN_FILES)
+
+
+def test_a_folder_that_could_not_begin_can_begin_otherwise(tmp_path: Path):
+    """Catches: a printer too coarse for the sheet that is kept for ever, so that the right one is refused."""
+    coarse = advance(open_folder(tmp_path, {"lens": "100lpi-14mil", "printer_dpi": 144}))
+    assert coarse.refused and coarse.next_step.name == "charts" and coarse.ask == []
+    assert advance(open_folder(tmp_path, {"printer_dpi": 600})).did == ("charts",)

@@ -4,10 +4,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import cv2
+import numpy as np
 import pytest
 
 from moireid.bringup import chart_steps
-from moireid.bringup.build_folder import BuildFolder, Figure, open_folder
+from moireid.bringup.bring_up import STEPS, Advance
+from moireid.bringup.build_folder import BuildFolder, Figure, Reading, open_folder
+from moireid.bringup.progress_page import render_progress
 from moireid.calibration.camera_fit import CameraFound
 from moireid.calibration.ink_reading import InkGrowth
 from moireid.calibration.sheet_reading import SheetReading
@@ -72,3 +76,16 @@ def test_a_camera_that_was_calibrated_is_kept_with_its_figure(folder: Path, monk
     opened.with_reading("camera", reading).save()
     assert open_folder(folder).figures()[0].value == pytest.approx(1400 / 1920)
     assert load_camera(folder / "camera.yaml").focal == pytest.approx(1400 / 1920)
+
+
+def test_a_picture_is_whole_or_absent(folder: Path):
+    """Catches: a picture that an interrupt leaves half written; one that keeps the page from being made."""
+    opened = open_folder(folder)
+    opened.save_picture("fringes-1.jpg", np.full((20, 30), 90, np.uint8))
+    assert cv2.imread(str(folder / "fringes-1.jpg"), cv2.IMREAD_UNCHANGED).shape == (20, 30)
+    with pytest.raises(cv2.error):
+        opened.save_picture("empty.jpg", np.empty((0, 0), np.uint8))
+    assert not list(folder.glob("*empty*"))
+    shown = opened.with_reading("sheet", Reading(pictures={"fringes-1.jpg": "strip", "gone.jpg": "gone"}))
+    page = render_progress(Advance(shown, STEPS, (), STEPS[-1]))
+    assert page.count("data:image") == 1

@@ -15,7 +15,7 @@ from moireid.badge import Badge, load_badge
 from moireid.calibration.chart_reading import printed_frequencies
 from moireid.designer.chart import STEP_LPI, design_chart
 from moireid.dots import line_edges_mm
-from moireid.errors import SpecError
+from moireid.errors import DesignError, SpecError
 from moireid.fabrication.page.chart_page import JSON, PDF, print_chart
 from moireid.profiles import FORMS
 
@@ -98,3 +98,13 @@ def test_the_description_reads_back_and_repeats(tmp_path):
     print_chart(chart, tmp_path / "60lpi", overwrite=True)
     assert (tmp_path / "60lpi" / PDF).read_bytes() == before
     assert sorted(path.name for path in (tmp_path / "60lpi").iterdir()) == [JSON, PDF]
+
+
+@pytest.mark.parametrize(("paper", "most"), [("a4", 19), ("letter", 17)])
+def test_too_many_or_no_steps_are_refused_with_what_fits(paper, most):
+    """Catches: bands too thin to be distinguished, a chart of one band, advice that is refused in its turn."""
+    for steps in (0, -3, most + 1, 10**9):
+        with pytest.raises(DesignError, match=f"1 to {most}") as refused:
+            design_chart(ChartRequest(paper=paper, steps=steps))
+        assert refused.value.details["most_steps"] == most
+    assert len(design_chart(ChartRequest(paper=paper, steps=most)).gratings[0].cells) == 2 * most + 1

@@ -12,8 +12,13 @@ from click.testing import CliRunner
 
 from kit.film_taken_over import HostileOrder
 from moireid.calibration.camera_fit import CameraFound
-from moireid.calibration.film_orders import CameraOrder, film_read
+from moireid.calibration.film_orders import CameraOrder, SheetOrder, film_read
+from moireid.calibration.ink_reading import InkGrowth
+from moireid.calibration.lens_fit import lens_from_band
+from moireid.calibration.sheet_reading import SheetReading
+from moireid.calibration.thickness import Thickness
 from moireid.cli.main import moireid
+from moireid.designer import ChartRequest, design_chart
 from moireid.errors import MediaError
 
 CAMERA = {
@@ -75,3 +80,16 @@ def test_a_camera_comes_through_as_it_was_found() -> None:
             film_read(order, CameraFound, TakenOver(CAMERA | {key: value}), lambda *_: None)
     with pytest.raises(MediaError, match="answers what no film shows"):
         film_read(order, CameraFound, TakenOver(None), lambda *_: None)
+
+
+def test_a_sheet_comes_through_as_it_was_read() -> None:
+    """Catches: figures that are lost or changed on their way from one process to the other."""
+    chart = design_chart(ChartRequest())
+    made = lens_from_band(chart, 10.5, distance_mm=1000)
+    found = SheetReading(made, InkGrowth(12.0, 3.0, "", 0.01, 2), Thickness(0.5, 0.01), "--distance")
+    order = SheetOrder(Path("film.mp4"), chart)
+    said = msgspec.json.decode(msgspec.json.encode(msgspec.to_builtins(found)))
+    assert film_read(order, SheetReading, TakenOver(said), lambda *_: None) == found
+    for key, value in (("ink", None), ("profile", []), ("thickness", 3)):
+        with pytest.raises(MediaError, match="answers what no film shows"):
+            film_read(order, SheetReading, TakenOver(said | {key: value}), lambda *_: None)

@@ -38,10 +38,8 @@ def run(people: Path, out: Path, *more: str) -> Result:
 #: Boards that fill their paper, and how many of them are on it.
 FULL = [
     ("a4", (90.0, 110.0), (0.5, 0.9), 4),
-    ("a4", (90.0, 85.0), (0.5, 0.9), 6),
     ("letter", (60.0, 80.0), (0.3, 1.0), 9),
     ("a4", (186.0, 273.0), (0.8, 2.5), 1),
-    ("letter", (191.9, 255.4), (0.8, 2.5), 1),
 ]
 
 
@@ -136,3 +134,14 @@ def test_the_command_makes_folders_summary_and_records(tmp_path, monkeypatch):
             }
     again = run(people, tmp_path / "event", "--registry", url)
     assert again.exit_code == 2 and "--overwrite" in again.stderr
+
+
+def test_the_mask_of_an_event_is_no_single_badges(tmp_path):
+    """Catches: one person's id on the film that all get, and an organiser who prints one film for many."""
+    people = listed(tmp_path / "people.csv", "name\nAda\nGrace\nEve\n")
+    outcome = run(people, tmp_path / "event", "--front", "mask")
+    assert outcome.exit_code == 0 and "print it 3 times" in outcome.output
+    words = pdfium.PdfDocument(tmp_path / "event" / "badges.pdf")[1].get_textpage().get_text_bounded()
+    assert "Mask of 3 badges: print 3 times" in words and "page 1" not in words
+    alone = pdfium.PdfDocument(tmp_path / "event" / "001-ada" / "badge.pdf")[1].get_textpage().get_text_bounded()
+    assert "Mask of moiré badge" in alone and "page 1" in alone

@@ -119,7 +119,8 @@ def limited(kilobytes: int) -> Callable[[], None]:
     return limit
 
 
-@pytest.mark.parametrize("kilobytes", [20, pytest.param(100, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("kilobytes", [20, 100])
 def test_a_disk_that_fills_up_is_reported_in_one_sentence(kilobytes: int, tmp_path: Path) -> None:
     """Catches: a traceback, a kernel that stops in silence, a cut file that is kept.
 

@@ -1,4 +1,4 @@
-"""Each test has its own folder for private keys; most run once on SQLite and once on a real PostgreSQL server."""
+"""Each test has its own folder for private keys; most run once on SQLite and, as slow ones, once on PostgreSQL."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ def path(tmp_path: Path) -> Path:
     return folder / "people.sqlite3"
 
 
-@pytest.fixture(params=["sqlite", "postgresql"])
+@pytest.fixture(params=["sqlite", pytest.param("postgresql", marks=pytest.mark.slow)])
 def url(request: pytest.FixtureRequest, path: Path) -> str:
     """An empty database of each kind."""
     return url_of(path) if request.param == "sqlite" else request.getfixturevalue("postgres").fresh()

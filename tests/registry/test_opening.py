@@ -184,3 +184,10 @@ def test_a_new_registry_and_its_export_are_their_owners_alone(path, tmp_path):
     finally:
         os.umask(was)
     assert [stat.S_IMODE(one.stat().st_mode) for one in (path, tmp_path / "out.json")] == [0o600, 0o600]
+
+
+def test_folder_that_cannot_be_made(path):
+    """Catches: an OSError where the parent is a file."""
+    path.write_text("in the way", encoding="utf-8")
+    with pytest.raises(RegistryError, match="cannot be made"):
+        open_registry(url_of(path / "people.sqlite3"), create=True)

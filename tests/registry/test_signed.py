@@ -254,3 +254,24 @@ def test_newest_measured_figures_are_kept(registry, monkeypatch):
     assert second.as_built_at == "2031-01-02T03:04:05Z" and second.badge == ada.badge
     assert registry.revoke("Ada", "lost").as_built == second.as_built
     assert registry.audit().sound
+
+
+@pytest.mark.parametrize("text", ["", "{", "[]", "7", '{"a": NaN}', '{"a": 1e999}', '{"a": "\\ud800"}', "[" * 100000])
+def test_measured_figures_that_cannot_be_kept(registry, text):
+    """Catches: NaN in signed JSON; a traceback of the parser."""
+    ada = registry.enroll(badge_of("Ada"))
+    with pytest.raises(RegistryError, match="measured figures"):
+        registry.store_as_built(ada.id, text)
+    with pytest.raises(RegistryError, match="no badge of id 'abcdef'"):
+        registry.store_as_built("abcdef", "{}")
+    assert registry.by_id(ada.id) == ada
+
+
+def test_keys_folder_that_cannot_be_made(path, url, keys, monkeypatch, tmp_path):
+    """Catches: an OSError; a registry whose key was never kept."""
+    (tmp_path / "file").write_text("in the way")
+    monkeypatch.setenv("MOIREID_KEYS", str(tmp_path / "file" / "keys"))
+    with pytest.raises(RegistryError, match="MOIREID_KEYS"):
+        open_registry(url, create=True)
+    with pytest.raises(RegistryError, match="registry init"):
+        open_registry(url, create=False)

@@ -18,6 +18,12 @@ from moireid.simulate.flaw_table import PARTS
 from moireid.simulate.recording.sensor import Sensor
 from moireid.simulate.scene import Camera, Instant, Need, Scene
 from moireid_lab.bench.simulate.scenes import SceneSetting, eleven
+from moireid.errors import SpecError
+from moireid.simulate.filming import FilmReport, film
+from moireid.simulate.mitsuba import mitsuba_renderer as mitsuba_estimate
+from moireid.simulate.mitsuba.mitsuba_renderer import cheapest_mitsuba
+from moireid.simulate.motion import motion_named
+from moireid.simulate.scene import Build, Camera, Instant, Need, Scene
 
 SETTINGS = {setting.name: setting for setting in eleven()}
 SMALL = Camera(width=480, height=272, focal_px=363.0, shutter_s=0.012, noise_counts=0.0)
@@ -118,3 +124,24 @@ def test_the_command_leaves_out_and_tells_the_time(prototype, tmp_path: Path) ->
     assert document["pixels off the badge"]["saved_s"] > 0 and document["page and markers"]["saved_s"] > 0
     said = CliRunner().invoke(moireid, [*asked[:6], "--leave-out", "background", "--overwrite", "--explain"])
     assert said.exit_code == 0 and "background (" in said.stdout and "estimated error" in said.stdout
+
+
+def shoot(badge, path: Path, *, camera: Camera = SMALL, need: Need | None = None, **options) -> FilmReport:
+    scene = Scene(badge, Build(), camera, need=need or Need())
+    course = motion_named("sway", distance_mm=600.0, seed=3)
+    return film(scene, course, path, frames=3, fps=25.0, seed=3, crf=1, **options)
+
+
+def test_mitsuba_refuses_an_error_that_it_cannot_meet(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Catches: the dearest setting taken in silence."""
+    monkeypatch.setattr(mitsuba_estimate, "LADDER", ((16, 4),))
+    with pytest.raises(SpecError, match=r"estimated 0\.\d+ rad\); give a larger --error"):
+        cheapest_mitsuba(NEAR.scene, NEAR.seen_at(0.3), 1e-9)
+
+
+def test_a_film_by_mitsuba_tells_its_error(prototype, tmp_path: Path) -> None:
+    """Catches: a reference without an error bar; an estimate of another setting than is filmed."""
+    report = shoot(prototype, tmp_path / "a.mp4", backend="mitsuba", error_rad=0.1)
+    assert 0 < report.estimate.phase_rad <= 0.1
+    document = {one.what: one for one in report.left_out}
+    assert "rolling shutter" in document and f"lens detail below {report.estimate.segments} segments" in document

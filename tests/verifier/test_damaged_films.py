@@ -22,6 +22,9 @@ from moireid.verifier import Film, Question, Report, verify
 from moireid.verifier.damage import DAMAGED, DamageWatch
 from moireid.verifier.limits import MAX_STRAY_SHARE
 
+
+#: Codecs that take longer than H.264.
+SLOWER = ("libx265", "libvpx-vp9")
 CONTAINERS = {"libx264": "mp4", "libx265": "mov", "libvpx-vp9": "webm", "mjpeg": "avi"}
 
 
@@ -52,7 +55,7 @@ def codes(report: Report, level: str) -> list[str]:
     return [reason.code for reason in report.reasons if reason.level == level]
 
 
-@pytest.mark.parametrize(("codec", "damaged"), [("libx264", 30), ("libx265", 30), ("libvpx-vp9", 20), ("mjpeg", 1)])
+@pytest.mark.parametrize(("codec", "damaged"), [("libx264", 30), ("libvpx-vp9", 20), ("mjpeg", 1)])
 def test_a_zeroed_packet_is_read_past(sound, folder, badge, codec, damaged):
     """Catches: a film that is refused for one packet; wrong pictures after it, up to the next key picture, judged."""
     whole = sound[codec, CONTAINERS[codec], 30]
@@ -167,6 +170,7 @@ def test_flags_alone_hide_nothing(films, folder, badge, counters):
     assert verify(marked, Question(badge)).verdict == "reject"
 
 
+@pytest.mark.slow
 def test_flags_alone_accept_nothing(films, folder, badge, sound):
     """Catches: a forged half between true ones that is accepted, as its packets are flagged as damaged."""
 
@@ -231,7 +235,7 @@ def losses(sound, folder: Path, codec: str, gop: int, seed: int) -> Path:
 
 
 @pytest.mark.claim("Lost packets reject no true film")
-@pytest.mark.parametrize("codec", ["libx264", "libx265", "libvpx-vp9"])
+@pytest.mark.parametrize("codec", ["libx264", *(pytest.param(name, marks=pytest.mark.slow) for name in SLOWER)])
 def test_packets_lost_reject_nothing(sound, folder, badge, codec):
     """Catches: a true film rejected for pictures that its decoder made up."""
     for seed in range(3):

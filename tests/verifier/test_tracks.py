@@ -20,6 +20,12 @@ from moireid.badge import Badge, load_badge
 from moireid.cli.main import moireid
 from moireid.verifier import Film, Question, Report, verify
 from moireid.verifier.video import OPENING
+from types import SimpleNamespace
+
+import moireid as mo
+from moireid.errors import MediaError
+from moireid.verifier import Claim, Film, Report, identify, verify
+from moireid.verifier.session.capture import capture_as_built
 
 DEFAULT, COVER, FORCED = 1, 1024, 64
 
@@ -48,7 +54,7 @@ def found(report: Report) -> list[tuple[str, str]]:
 
 
 @pytest.mark.claim("A file of two tracks is judged only as asked")
-@pytest.mark.parametrize("suffix", ["mp4", "mov", "mkv", "webm", "ts"])
+@pytest.mark.parametrize("suffix", ["mp4", "webm", "ts"])
 def test_two_tracks_are_judged_only_as_asked(parts, badge, tmp_path, suffix):
     """Catches: the first track, the default one or the largest one judged, where a player shows the other."""
     kind = "_vp9" if suffix == "webm" else ""
@@ -278,3 +284,14 @@ def test_the_command_names_the_track_and_so_does_the_signature(both):
     assert "track 1 of its 2 video tracks was judged" in words
     checked = json.loads(said("attest", "check", "a.json", "--key", "pub.pem", "--json", code=0))
     assert [track["chosen"] for track in checked["film"]["tracks"]] == [False, True]
+
+
+def test_no_other_way_in_judges_a_track_unasked(both, badge, ada):
+    """Catches: a badge found, or figures of enrolment measured, in a track that players do not show."""
+    enrolled = SimpleNamespace(holds=lambda name: True, alike=lambda parts: [])
+    found = identify(both, [badge], enrolled)
+    assert found.finding == "inconclusive" and [reason.code for reason in found.reasons] == ["tracks"]
+    with pytest.raises(MediaError, match="2 video tracks"):
+        capture_as_built([both], ada)
+    assert mo.verify(both, badge="badge.json", pictures=False).verdict == "inconclusive"
+    assert mo.verify(both, badge="badge.json", pictures=False, track=1).verdict == "accept"

@@ -16,6 +16,7 @@ from moireid.badge import Badge
 from moireid.cli.main import moireid
 from moireid.verifier import Question
 from moireid_lab.baseline.pipeline import (
+    PublishedReader,
     fringe_lean_rad,
     judge,
     upright_region,
@@ -89,3 +90,9 @@ def test_the_program_offers_the_baseline(short: Path, films: Path, tmp_path: Pat
     )
     assert ran.exit_code == 0, ran.output
     assert json.loads(ran.stdout)["pipeline"] == "published" and (tmp_path / "r" / "report.html").exists()
+
+
+@pytest.mark.parametrize("size", [(640, 360), (360, 640)])
+def test_the_guessed_focal_length_is_the_longer_side(size: tuple[int, int], prototype: Badge):
+    """Catches: the width of a film that was taken upright."""
+    assert PublishedReader(prototype, None, size, None)._camera[0, 0] == 640

@@ -18,11 +18,14 @@ import httpx
 import pytest
 from click.testing import CliRunner
 
+from kit.payloads import payload_for_name
 from kit.webbing import OpenStudio, Visit, studio
 from moireid.asbuilt import AsBuilt
 from moireid.badge import Badge, badge_from_json
 from moireid.cli.main import moireid
+from moireid.designer import Request, design_badge
 from moireid.registry.signing.signer_process import own_signer
+from moireid.sheets import DEFAULT_LENS
 from moireid_studio.store.job import Job
 
 #: Small boards are quickly made, and four are on a sheet.
@@ -287,3 +290,48 @@ def test_badges_are_issued_by_a_studio_that_has_no_key(tmp_path: Path, monkeypat
             assert revoked.status_code == 200, revoked.text
             assert visit.studio.registry.audit().sound and not visit.studio.registry.key_path.exists()
         assert not (tmp_path / "here").exists() and len(list((tmp_path / "far away").iterdir())) == 1
+
+
+def test_a_name_that_exists_is_told_before_anything_is_issued(visit: Visit) -> None:
+    """Catches: a second badge of a name issued without a word; a badge whose id another holds; a revoked one."""
+    registry = visit.studio.registry
+    first = design_badge(Request("Two Of Us", lens=DEFAULT_LENS), payload_for_name("Two Of Us"))
+    registry.enroll(first)
+    count = registry.count()
+    wish = {"name": "Two Of Us", "do": "issue"}
+    same = visit.ask("POST", "/issue", "issuer", data=wish | {"payload": first.id or ""})
+    assert same.status_code == 200 and "This same badge was already issued" in same.text
+    twin = visit.ask("POST", "/issue", "issuer", data=wish)
+    assert twin.status_code == 200 and "Another badge has this name already" in twin.text
+    assert "Not issued yet." in twin.text
+    cyrillic = visit.ask("POST", "/issue", "issuer", data=wish | {"name": "Two \u041ef Us"})
+    assert cyrillic.status_code == 200 and "This name looks like that of" in cyrillic.text and first.id in cyrillic.text
+    other = visit.ask("POST", "/issue", "issuer", data=wish | {"payload": "0123456789abcdef"})
+    assert other.status_code == 200 and "Another badge has this name already" in other.text and first.id in other.text
+    assert registry.count() == count
+    outcome = visit.ask(
+        "POST", "/api/badges/check", "issuer", json={"name": "Two Of Us", "payload": "0123456789abcdef"}
+    )
+    assert outcome.json()["namesakes"] == [first.id]
+    taken = visit.ask("POST", "/api/badges", "issuer", json={"name": "Somebody Else", "payload": first.id})
+    assert taken.status_code == 422 and "Two Of Us" in taken.json()["text"]
+    registry.revoke(first.id or "", "lost")
+    gone = visit.ask("POST", "/api/badges", "issuer", json={"name": "Two Of Us", "payload": first.id})
+    assert gone.status_code == 422 and "revoked (lost)" in gone.json()["text"]
+
+
+def test_a_list_comes_as_a_file_too_and_a_large_one_is_refused(visit: Visit) -> None:
+    """Catches: a file that is passed over or read in another coding, and a form that fills the memory."""
+
+    def send(data: bytes) -> httpx.Response:
+        fields = {"people": "", "do": "check"} | SMALL
+        return visit.ask("POST", "/issue/event", "issuer", data=fields, files={"people_file": ("x.csv", data)})
+
+    outcome = send("\ufeffname\r\nZoë\r\n".encode())
+    assert outcome.status_code == 200 and "<bdi>Zoë</bdi>" in outcome.text
+    assert "row 2 is not UTF-8" in send("name;line\nZoë;Édition\n".encode("cp1252")).text
+    assert send(b"name\n" + b"x" * 300_000).status_code == 413
+    pieces = (b"name=" + b"x" * 1000 for _ in range(400))
+    kind = {"Content-Type": "application/x-www-form-urlencoded"}
+    assert visit.ask("POST", "/issue", "issuer", content=b"".join(pieces), headers=kind).status_code == 413
+    assert visit.ask("POST", "/api/badges", "issuer", json=order("x" * 300_000)).status_code == 413

@@ -212,3 +212,18 @@ def test_the_command_refuses_what_is_not_safe_or_not_there(tmp_path: Path) -> No
     for arguments, words in ((["--no-auth", "--host", "0.0.0.0"], "--host 127.0.0.1"), ([], "there is no registry")):
         done = CliRunner().invoke(moireid, ["serve", "--registry", url, "--data", data, *arguments])
         assert done.exit_code == 2 and words in done.output, done.output
+
+
+def test_tokens_by_command(tmp_path: Path) -> None:
+    """Catches: a token that is not printed alone, a list that shows it, a revocation that does nothing."""
+    data = ["--data", str(tmp_path)]
+    made = CliRunner().invoke(moireid, ["token", "create", "--role", "verifier", "--note", "desk", *data])
+    assert made.exit_code == 0
+    secret = made.stdout.strip()
+    listed = CliRunner().invoke(moireid, ["token", "list", *data]).stdout
+    assert secret not in listed and "verifier" in listed and "desk" in listed
+    token_id = listed.split()[0]
+    assert CliRunner().invoke(moireid, ["token", "revoke", token_id, *data]).exit_code == 0
+    assert "revoked" in CliRunner().invoke(moireid, ["token", "list", *data]).stdout
+    assert Tokens(tmp_path).find(secret) is None
+    assert CliRunner().invoke(moireid, ["token", "create", "--role", "king", *data]).exit_code == 2

@@ -34,7 +34,7 @@ def ended(jobs: Jobs, job: Job) -> None:
     """Wait for the end of a job."""
 
     async def last() -> None:
-        async with asyncio.timeout(60):
+        async with asyncio.timeout(120):
             assert [now async for now, _ in jobs.changes(job)][-1].over
 
     asyncio.run(last())

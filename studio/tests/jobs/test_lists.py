@@ -7,6 +7,7 @@ import io
 import re
 import time
 import zipfile
+from pathlib import Path
 
 import httpx
 import numpy as np
@@ -15,6 +16,7 @@ from PIL import Image
 
 from kit.webbing import OpenStudio, Visit, film_form
 from moireid.badge import badge_from_json
+from moireid_studio.jobs.lists import FOR_ALL
 
 COLOURS = {"red.png": (220, 0, 0), "green.png": (0, 160, 0), "blue.png": (0, 0, 220)}
 WISH = {"format": "a7", "template": "newsroom"}
@@ -95,3 +97,30 @@ def test_rows_wear_their_own_pictures_and_namesakes_are_distinguished(visit: Vis
     assert f"badge {ids[1]} has the name and the line 'Editor' too" in again and again.count(" too, so claims") == 1
     record = visit.ask("POST", "/issue", "issuer", data={"name": "Ana Silva", "lines": "Guest", "do": "check"}).text
     assert "“<bdi>Ana Silva, Guest</bdi>” means this one" in record and "(<bdi>Editor</bdi>)" in record
+
+
+def test_a_row_that_names_no_chosen_picture_is_refused_with_its_row(visit: Visit, tmp_path: Path) -> None:
+    """Catches: a path in a list that reads a file of the server; a picture that is left out without a word."""
+    secret = tmp_path / "secret.png"
+    secret.write_bytes(picture((1, 2, 3)))
+    count = visit.studio.registry.count()
+    for cell in (
+        str(secret),
+        "../" * 12 + str(secret)[1:],
+        "secret.png",
+        "pictures/0.png",
+        "0.png",
+        FOR_ALL,
+        "red .png",
+    ):
+        page = sent(visit, f"name,portrait\nGood,red.png\nBad,{cell}\n", PICTURES, do="issue")
+        words = html.unescape(page.text)
+        assert page.status_code == 422 and "1 of 2 rows cannot be used" in words, cell
+        assert (
+            f"row 3 of the list ('Bad'): the portrait '{cell[:80]}' is not among the pictures that were chosen" in words
+        )
+        assert "choose that file too, or leave the cell empty" in words and "(--" not in words
+        assert re.findall(r'name="kept" value="(\w+)"', page.text)
+    assert visit.studio.registry.count() == count
+    # A part of a path finds the file of that name among those that were chosen, as no other folder is known.
+    assert sent(visit, f"name,portrait\nGood,{tmp_path}/red.png\n", PICTURES).status_code == 200

@@ -9,6 +9,7 @@ import threading
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import cv2
@@ -21,6 +22,7 @@ from moireid.provenance import Provenance, Standing
 from moireid.question import Question
 from moireid.sandbox.process import ProcessEnd
 from moireid.sandbox.seal import MEANS
+from moireid.verifier.report.live_receipt import receipt_of
 from moireid_lab.bench.live import portrait
 from moireid_studio import links
 from moireid_studio.http.server import _server_of
@@ -33,6 +35,8 @@ from moireid_studio.live.sockets import (
     _headline,
     own_words,
 )
+from moireid_studio.receipts import with_live_checks
+from moireid_studio.store.job import Job
 
 ORIGIN = {"origin": "http://studio.test", "host": "studio.test"}
 SECRET = re.compile(r"/check#([\w-]{43})")
@@ -255,3 +259,16 @@ def test_neither_links_nor_tokens_take_all_places(asker: Asker, monkeypatch: pyt
     with asker.client.websocket_connect("/check/socket", headers=ORIGIN) as connection:
         connection.send_json({"token": asker.make()})
         assert connection.receive_json()["event"] == "ready"
+
+
+def test_a_film_of_any_name_can_be_asked_about(asker: Asker, ada: Badge, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Catches: a report that can be shown no more once a live check of a film with a tab or 900 letters is done."""
+    owner = asker.visit.studio.tokens.find(asker.visit.tokens["verifier"]).id  # type: ignore[union-attr]
+    job = Job("cd" * 16, "verify", owner, Path(), state="done", result={}, film_name="a\t\u202e" + "x" * 900)
+    job.film_sha256, job.claimed_id = "ba" * 32, ada.id
+    monkeypatch.setattr(asker.visit.studio.jobs, "find", lambda *_: job)
+    assert "\t" not in asker.look(asker.make(about=job.id))[1]["film"]["name"]
+    reason = {"code": "motion", "level": "fail", "measured": 1.0, "limit": 1.0, "unit": "rad", "text": "No."}
+    event = {"verdict": "reject", "challenged": True, "reasons": [reason], "identity": {"verdict": "match"}}
+    asker.visit.studio.links.note_end(asker.newest(), event, [])
+    assert " failed; " in receipt_of(with_live_checks(asker.visit.studio, job)["live_checks"][0]).words

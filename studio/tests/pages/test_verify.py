@@ -64,3 +64,17 @@ def test_another_s_badge_is_named_by_the_server_alone(
         assert b"Ada Lovelace" not in output and b"Sarah Example" in output
         picture = visit.ask("GET", f"/verify/{job_id}/picture/frame.jpg", "verifier")
         assert picture.status_code == 200 and picture.content[:2] == b"\xff\xd8"
+
+
+def test_a_registry_of_nobody_still_answers(films: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Catches: a page that takes the film's figures for granted, which nobody measured where nobody is enrolled."""
+    monkeypatch.setenv("MOIREID_KEYS", str(tmp_path / "keys"))
+    film = tiny_film(films / "genuine_1.0m.mp4", tmp_path / "film.mp4")
+    with studio(tmp_path, work=False) as visit:
+        (visit.folder / "jobs").mkdir()
+        path = visit.ask("POST", "/verify", "verifier", **film_form(film, kind="identify")).headers["location"]
+        waiting = visit.ask("GET", path, "verifier").text
+        assert "Judging the film" in waiting and 'http-equiv="refresh"' in waiting
+        visit.studio.jobs.start()
+        visit.wait(path.rpartition("/")[2], "verifier")
+        assert "<h1>✗ Held by no one in this registry</h1>" in visit.ask("GET", path, "verifier").text

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import os
 import threading
+import time
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+import cv2
 import numpy as np
 import pytest
 
@@ -19,6 +21,7 @@ from moireid.question import Question
 from moireid.verifier.picture import Picture
 from moireid_studio.challenge.session import LiveCheck
 from moireid_studio.challenge.stream import StreamCheck
+from moireid_studio.watch import cameras
 from moireid_studio.watch.order import Patience
 from moireid_studio.watch.readers import (
     AHEAD,
@@ -100,3 +103,38 @@ def test_a_stream_of_which_nothing_passes_is_not_accepted(ada: Badge, monkeypatc
     monkeypatch.setattr(StreamCheck, "_report", lambda self, event: report)
     document = check.finish()
     assert (document["verdict"], document["level"]) == ("inconclusive", None)
+
+
+class FakeCamera:
+    """A camera of three pictures that gives times, in the place of OpenCV's."""
+
+    def __init__(self, number: int) -> None:
+        self.number, self.count, self.released = number, 0, False
+
+    def isOpened(self) -> bool:
+        return self.number == 0
+
+    def set(self, *what: Any) -> None:
+        pass
+
+    def get(self, what: int) -> float:
+        return 1000.0 * self.count
+
+    def read(self) -> tuple[bool, Any]:
+        self.count += 1
+        return (self.count <= 3, np.full((4, 6, 3), 10 * self.count, np.uint8) if self.count <= 3 else None)
+
+    def release(self) -> None:
+        self.released = True
+
+
+def test_a_camera_gives_grey_pictures_at_its_own_times(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Catches: times of arrival where the camera gives its own; a camera that is gone and read on; colours."""
+    monkeypatch.setattr(cv2, "VideoCapture", FakeCamera)
+    monkeypatch.setattr(time, "sleep", lambda seconds: None)
+    shots = list(cameras.shots_of(0))
+    assert [one.claimed_s for one in shots] == [1.0, 2.0, 3.0] and shots[0].size == (4, 6)
+    assert [set(one.luma) for one in shots] == [{10}, {20}, {30}]
+    assert cameras.taken_s(0.0, 5.0) == 5.0 and cameras.taken_s(-1.0, 5.0) == 5.0
+    with pytest.raises(MediaError, match="camera 1 cannot be opened"):
+        list(cameras.shots_of(1))

@@ -8,6 +8,7 @@ from pathlib import Path
 from click.testing import CliRunner, Result
 
 from moireid.cli.main import moireid
+from moireid.materials import materials
 
 
 def run(*more: str) -> Result:
@@ -28,3 +29,13 @@ def test_a_format_and_a_number_give_list_and_files(tmp_path: Path) -> None:
     assert "  11 sheets  " in plain.stdout and "62 LPI" in plain.stdout and plain.stderr == ""
     assert "are assumed" in run("--format", "a6").stderr
     assert "give --sheet-size 210x297" in run(*options[:-1], "297x210").stderr
+
+
+def test_without_badges_it_prints_the_table() -> None:
+    """Catches: a product that the table on the terminal leaves out, or one without its source."""
+    plain, listed = run(), run("--json")
+    assert plain.exit_code == listed.exit_code == 0
+    words = " ".join(plain.stdout.split())
+    for row in materials():
+        assert row.source in words and (row.label or row.article or "") in words, row
+    assert len(json.loads(listed.stdout)["materials"]) == len(materials())

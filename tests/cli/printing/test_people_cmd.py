@@ -52,6 +52,14 @@ def test_identities_that_someone_has_are_named_by_row_before_anything_is_made(tm
     assert [one["name"] for one in json.loads(rest.stdout)["people"]] == ["Ada", "Di"]
 
 
+def test_unknown_columns_are_named_with_the_nearest_known_one(tmp_path: Path) -> None:
+    """Catches: a misspelt column whose cells are on no badge, without a word."""
+    done = printed(tmp_path, "name,titel,lien,Colour,portait\nAda,Dr,Speaker,teal,\n", "--json")
+    (note,) = json.loads(done.stdout)["notes"]
+    assert "columns 'titel', 'lien' (did you mean line?), 'portait' (did you mean portrait?); " in note
+    assert "colour'" not in note and note in done.stderr
+
+
 def test_each_badge_of_a_list_has_a_moving_preview(tmp_path: Path) -> None:
     """Catches: a folder of an event without what a single print gets."""
     done = printed(tmp_path, "name\nAda\nEve\n", "--json")

@@ -252,3 +252,36 @@ def test_damaged_dxf_is_refused(
         path.write_bytes(whole[: int(share * len(whole))])
         with pytest.raises(FabricationError, match="DXF cannot be read back, allowed is a readable file"):
             drawings.check_dxf(path, drawing)
+
+
+def test_clearance_follows_the_board_or_is_refused(badge: Badge) -> None:
+    """Catches: one clearance for all boards, and a loose one let through."""
+    small = design_badge(Request("A", size_mm=(60.0, 66.0), range_m=(0.6, 0.7)), payload_for_name("A"))
+    assert plan_acrylic(small).clearance_mm == 0.05 and plan_acrylic(small).twist_deg < 0.3
+    assert plan_acrylic(board_of(badge, 300.0, 300.0)).clearance_mm == 0.15
+    with pytest.raises(
+        FabricationError, match=r"with 0\.2 mm of air .* by 0\.40 degrees, and 0\.3 are allowed; .* 0\.149 or less"
+    ):
+        plan_acrylic(badge, AcrylicProcess(clearance_mm=0.2))
+    with pytest.raises(
+        FabricationError, match=r"0\.05 mm of air that a laser needs, one may turn on the other by 0\.\d\d degrees"
+    ):
+        plan_acrylic(board_of(badge, 30.0, 40.0))
+
+
+@pytest.mark.parametrize(
+    ("lens_mm", "margin", "words"),
+    [
+        (0.2, 5.0, r"too thin for a frame .* 0\.15 mm above it; give a lens sheet .--lens. of 0\.35 mm or more"),
+        (6.0, 5.0, r"film's lip leaves 3\.\d\d mm next to marker \d, .* give a lens sheet .--lens. of \d\.\d+ mm or"),
+        (
+            14.0,
+            40.0,
+            r"14\.3 mm thick, and 3 plates of 4 mm make a frame of 12 mm; give a lens sheet .* of 12\.3 mm or less",
+        ),
+    ],
+)
+def test_sheets_that_no_frame_holds_are_refused(lens_mm: float, margin: float, words: str, badge: Badge) -> None:
+    """Catches: a stack that cannot be built, or one whose lips hide the markers."""
+    with pytest.raises(FabricationError, match=words):
+        plan_acrylic(board_of(badge, 200.0, 200.0, margin=margin, lens_mm=lens_mm))

@@ -107,3 +107,12 @@ def test_the_plate_is_of_true_size_and_its_lenses_are_upright(axes: str, tmp_pat
     if axes == "xy":
         # The second piece's lenses lie level on the badge, so it is cut a quarter turn from how it lies.
         assert found[1].size_mm[0] > found[0].size_mm[0] > 72
+
+
+@pytest.mark.slow
+def test_the_studio_s_sheet_has_no_command_in_it(badge: Badge, tmp_path: Path) -> None:
+    """Catches: options and commands for somebody who has a page in a browser."""
+    for kind in ("lanyard", "clip", "stand", "holder", "none"):
+        whole = " ".join(written(badge, tmp_path / f"{kind}.pdf", kind, "studio"))
+        assert "--" not in whole and "moireid verify" not in whole and "pitch-test" not in whole
+        assert "open Enroll in the studio" in whole

@@ -11,7 +11,7 @@ from moireid.badge import Badge
 from moireid.designer import Order, design_badge
 from moireid.designer.formats import FORMATS
 from moireid.errors import SpecError
-from moireid.fabrication.mount_parts import Parts
+from moireid.fabrication.mount_parts import Parts, plan_parts
 from moireid.fabrication.printed.mount import KINDS
 from moireid.fabrication.process_figures import MountFigures
 from moireid.fabrication.shopping.shopping_list import (
@@ -90,3 +90,24 @@ def test_the_spare_share_is_rounded_up_and_exact() -> None:
     """Catches: a spare that is lost in rounding, or one too many because a share in decimals is a little more."""
     assert [with_spare(count, 0.05) for count in (1, 20, 21, 40, 100)] == [2, 21, 23, 42, 105]
     assert with_spare(7, 0.0) == 7 and with_spare(100, 0.07) == 107
+
+
+def test_a_mask_takes_film_and_spacers() -> None:
+    """Catches: a cutting plan for lens sheets that no one buys; a mask without its film."""
+    badge = design_badge(Request("A", front="mask", range_m=(0.8, 1.5)), bytes(8))
+    found = listed(badge, WITHOUT, 10, form=None)
+    assert found.cutting is None and amounts(found)["film"] == 11 and "lens-sheet" not in amounts(found)
+    assert amounts(found)[f"spacer-{badge.lens.thickness_mm:g}mm"] == 11
+
+
+def test_an_acrylic_stack_lists_its_parts_and_screws() -> None:
+    """Catches: plates of one thickness counted once for all three; screws for one badge."""
+    badge = design_badge(in_format(Request("A"), "a6", lens="40lpi-2mm", range_m=(0.4, 1.0)), bytes(8))
+    parts = replace(plan_parts(badge, "lanyard"), printed="none")
+    assert parts.acrylic is not None
+    found = shopping_list(badge, parts, 10, (297.0, 210.0), form="a6", spare_share=0.05)
+    wanted: dict[str, int] = {"screws": 11 * len(parts.acrylic.screws)}
+    for plate in parts.acrylic.plates:
+        key = f"acrylic-{plate.thickness_mm:g}mm"
+        wanted[key] = wanted.get(key, 0) + 11
+    assert wanted.items() <= amounts(found).items() and not {"filament", "holder"} & set(amounts(found))

@@ -218,3 +218,14 @@ def test_a_bundle_replaces_the_registry(people, tmp_path):
         assert "--bundle replaces --registry" in refused.stderr
     lone = run("verify", tmp_path / "film", "--badge", tmp_path / "badge.json", "--trust", "ab" * 16, code=2)
     assert "--trust" in lone.stderr
+
+
+def test_a_bundle_chooses_no_one_by_a_line_that_looks_like_another(people, tmp_path):
+    """Catches: a look-alike of a namesake's line that is refused with the registry and taken without it."""
+    for last, line in enumerate(("Reporter", "Rep\u043erter", "Editor"), start=5):
+        people.enroll(replace(badge_of("Cy", bytes((1, 2, last))), print={"lines": [line]}))
+    with Bundle(published(people, tmp_path / "b")) as bundle:
+        with pytest.raises(RegistryError, match="lines that look alike"):
+            bundle.claimed("Cy, Reporter")
+        known = bundle.claimed("Cy, Editor").provenance
+    assert (known.line, known.others) == ("Editor", 4)

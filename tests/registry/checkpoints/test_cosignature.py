@@ -123,3 +123,24 @@ def test_old_and_future_signatures_do_not_count():
     for at in (time.time() - 8 * 86400, time.time() + 3600):
         with pytest.raises(RegistryError, match=r"days ago|a time to come"):
             quorum.signers(cosigned(one, at=at), "x")
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "bananas.example+12344556",
+        "rekor.example+12345678+THIS_IS_NOT_BASE64!",
+        "rekor.example+12345678+AwEB",
+        WITNESS_KEY.replace("da77ade7", "00000000"),
+        WITNESS_KEY.replace("remora", "a b"),
+        LOG_KEY,
+    ],
+)
+def test_what_is_no_key_of_a_witness_is_said_in_one_sentence(text, tmp_path):
+    """Catches: a log's key that counts as a witness; a traceback; an empty file that asks for nothing."""
+    for given in (text, tmp_path / "keys"):
+        (tmp_path / "keys").write_text(f"# of a friend\n{text}\n")
+        with pytest.raises(SpecError) as refused:
+            Quorum.of([str(given)])
+        assert "\n" not in str(refused.value)

@@ -238,3 +238,14 @@ def test_a_bundle_with_the_checkpoint_of_another_log_is_refused(grown, witnesses
     monkeypatch.setattr(publish, "BundleContent", lambda checkpoint, *rest: made(true, *rest))
     _published(grown, tmp_path / "false.bundle")
     assert bundle_code(tmp_path / "false.bundle", witnesses.quorum(3)) == "forked"
+
+
+@pytest.mark.parametrize(
+    "command", [["verify", "x.mp4", "--claim", "Ada"], ["identify", "x.mp4"], ["attest", "check", "x"]]
+)
+def test_readers_refuse_half_a_request(command, witnesses, tmp_path):
+    """Catches: a reader who believes that witnesses are asked for, while they are not."""
+    key = ["--witness-key", witnesses.keys[0]]
+    assert "--checkpoint" in run(*command, *key, code=2).stderr
+    assert "--witness-key" in run(*command, "--checkpoint", "x", code=2).stderr
+    assert "--bundle" in run(*command, *key, "--checkpoint", "x", "--bundle", "b", code=2).stderr

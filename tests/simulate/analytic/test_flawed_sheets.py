@@ -14,8 +14,10 @@ import pytest
 from kit.seen_gratings import View, instant, law_phase, left_over, render, steepness, view
 from moireid.lenticule import view_law
 from moireid.simulate.analytic import analytic_renderer
+from moireid.simulate.analytic.analytic_renderer import AnalyticRenderer
 from moireid.simulate.analytic.traced_sheet import land, sheet_as_built, traced_gap_mm
-from moireid.simulate.build import Build
+from moireid.simulate.build import Build, flawed
+from moireid.simulate.flaw_table import FLAWS
 from moireid.simulate.scene import Scene
 
 STRAIGHT = (0.0, 0.0, -1001.0)
@@ -115,3 +117,22 @@ def test_a_bent_page_keeps_its_length(prototype):
     width_px = 2 * out / (1001.0 + deep) * 1450.0
     row = shot.coverage[shot.coverage.shape[0] // 2]
     assert row.sum() == pytest.approx(width_px, abs=0.5)
+
+
+@pytest.mark.parametrize("end", ["low", "high"])
+def test_the_ends_of_every_range_can_be_filmed(prototype, end):
+    """Catches: a range that promises what the tracer cannot do: nan, an exception, or a picture out of bounds."""
+    for name, one in FLAWS.items():
+        value = getattr(one, end)
+        if name == "ellipse" and end == "high":
+            value = 0.3
+        if name in ("focus", "thickness") and end == "low":
+            # These lenses would not meet, which is refused (test_build).
+            value = 0.8
+        if name == "lens-scale" and end == "high":
+            value = 1.05
+        shot = AnalyticRenderer(Scene(prototype, flawed(Build(), {name: value})), rays=(4, 1)).render(
+            instant((200.0, 100.0, -600.0))
+        )
+        assert shot is not None, name
+        assert np.isfinite(shot.radiance).all() and shot.radiance.min() >= 0 and shot.radiance.max() < 20, name

@@ -9,6 +9,7 @@ from moireid.simulate.analytic.analytic_renderer import AnalyticRenderer
 from moireid_lab.bench.simulate.reference import refract
 from moireid_lab.bench.simulate.scenes import STEEP_TANGENT, eleven
 from moireid_lab.bench.simulate.simulate_suite import FINE, error_of, truth_of
+from moireid_lab.bench.simulate.stiff_scenes import render_case, stiff_scenes
 
 SETTINGS = {setting.name: setting for setting in eleven()}
 FEW = ("prototype, 1 m", "turned in the picture by 30 degrees", "both axes", "thick sheet, 3 mm", "line mask")
@@ -45,3 +46,11 @@ def test_the_outside_tracer_refracts_by_snell():
     way = np.array([[np.sin(0.7), 0.0, np.cos(0.7)]])
     bent = refract(way, np.array([[0.0, 0.0, -1.0]]), 1.5)
     assert bent[0] == pytest.approx([np.sin(0.7) / 1.5, 0.0, np.sqrt(1 - (np.sin(0.7) / 1.5) ** 2)])
+
+
+@pytest.mark.parametrize("name", ["n = 1", "lenses spread beyond their diameter"])
+def test_what_cannot_be_built_is_refused(name):
+    """Catches: a lens without focus or without glass between that renders something."""
+    (case,) = [case for case in stiff_scenes() if case.name == name]
+    row = render_case(case)
+    assert row["outcome"] == "refused" and row["why"]

@@ -182,3 +182,19 @@ def test_falls_back_where_the_child_dies(
     assert mitsuba_variant.LIBRARY_VARIABLE not in mitsuba_variant.os.environ
     with pytest.raises(SpecError, match="no libLLVM on this machine"):
         MitsubaRenderer(Scene(badge), variant="llvm_ad_rgb")
+
+
+def test_takes_the_library_that_its_child_survives(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, unsearched: None
+) -> None:
+    """Newest first, each tried in its own child; the winner is what Dr.Jit will load; the search is done once."""
+    for name in ("libLLVM-17.so.1", "libLLVM-21.so.1", "libLLVM-15.so.1"):
+        (tmp_path / name).touch()
+    monkeypatch.setenv(mitsuba_variant.LIBRARY_VARIABLE, str(tmp_path / "libLLVM-15.so.1"))
+    monkeypatch.setattr(mitsuba_variant, "FOLDERS", (str(tmp_path),))
+    trial = "import os; assert 'LLVM-17' in os.environ['DRJIT_LIBLLVM_PATH']"
+    monkeypatch.setattr(mitsuba_variant, "TRIAL", trial)
+    assert mitsuba_variant.choose_variant() == "llvm_ad_rgb"
+    assert mitsuba_variant.os.environ[mitsuba_variant.LIBRARY_VARIABLE] == str(tmp_path / "libLLVM-17.so.1")
+    monkeypatch.setattr(mitsuba_variant, "TRIAL", "assert False")
+    assert mitsuba_variant.choose_variant() == "llvm_ad_rgb"

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from kit.made_corners import FPS, PAGE_MM, SIZE, Course, project, registered
+from moireid.errors import MediaError, SpecError
 from moireid.verifier.camera.fit import fit_camera
 from moireid.verifier.camera.known_camera import load_camera
 
@@ -72,3 +73,29 @@ def test_a_known_camera_gives_exact_poses(rng: np.random.Generator, tmp_path: Pa
 
 
 MIDDLE = np.array([SIZE[0] - 1, SIZE[1] - 1]) / 2
+
+
+def test_what_is_no_calibration_is_refused(tmp_path: Path):
+    """Catches: a traceback of OpenCV's parser; a focal length in mm; a film of another part of the picture."""
+    (tmp_path / "notes.txt").write_text("a camera")
+    (tmp_path / "other.json").write_text('{"focal": 3}')
+    (tmp_path / "profile.json").write_text('{"fisheye_params": {}}')
+    (tmp_path / "list.json").write_text("[]")
+    (tmp_path / "deep.json").write_text("[" * 100_000)
+    (tmp_path / "words.yaml").write_text("%YAML:1.0\n---\ncamera_matrix: x\nimage_width: .Nan\n")
+    ros = "image_width: 640\nimage_height: 480\ncamera_matrix: {rows: 3, cols: 3, data: [1, 0, 0]}\n"
+    (tmp_path / "ros.yaml").write_text(ros + "distortion_coefficients: {rows: 1, cols: 5, data: [0, 0]}\n")
+    for name in ("notes.txt", "other.json", "profile.json", "list.json", "deep.json", "words.yaml", "ros.yaml"):
+        with pytest.raises(SpecError, match="holds no calibration that can be read"):
+            load_camera(tmp_path / name)
+    with pytest.raises(SpecError, match=r"pixels 1\.100 times as long as wide, allowed is up to 1\.03"):
+        load_camera(opencv_file(tmp_path / "wide.yaml", np.diag([1595.0, 1450.0, 1.0])))
+    with pytest.raises(MediaError, match="cannot be read"):
+        load_camera(tmp_path / "none.yaml")
+    assert load_camera(opencv_file(tmp_path / "tele.yaml", np.diag([15360.0, 15360.0, 1.0]))).focal == 8.0
+    with pytest.raises(SpecError, match=r"allowed is 0\.1 of the long side or more, in pixels and not in mm"):
+        load_camera(opencv_file(tmp_path / "mm.yaml", np.diag([4.2, 4.2, 1.0])))
+    with pytest.raises(SpecError, match="that is no number"):
+        load_camera(opencv_file(tmp_path / "nan.yaml", strengths=(float("nan"), 0, 0, 0)))
+    with pytest.raises(SpecError, match="1920x1080 px, and the film has 1080x1920 px"):
+        load_camera(opencv_file(tmp_path / "camera.yaml")).check_size((1080, 1920))

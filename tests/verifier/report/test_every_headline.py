@@ -44,6 +44,12 @@ from moireid.verifier.session import badge_session, chapters, check_level, cover
 from moireid.verifier.session.claim import claim_reasons
 from moireid.verifier.timeline import restart_findings
 from moireid.verifier.tracking.track import no_track
+import sys
+from kit.report_documents import ADA, ASKED, LAW_ROW, REGISTRY, document, finding, rival
+from moireid.provenance import BadgeHolder, Exclusion, Provenance, Standing
+from moireid.verifier.explanations.words import WORDS
+from moireid.verifier.report import headline
+from moireid.verifier.report.headline import BARRED, BROKEN, Headline, headline_of
 
 ROOT = Path(__file__).parents[3]
 LAW = 1.2 * trajectory()
@@ -239,3 +245,54 @@ def test_each_code_of_a_report_is_caused_and_has_words_of_its_own(caused: list[R
         if reason.level == "fail":
             found = headline_of(document("reject", reason.to_json(), law="inconclusive"), ASKED)
             assert found.title != "Not accepted", reason
+
+
+def read_by(name: str, **how: Any) -> Any:
+    return replace(ASKED, read=BadgeHolder(name, **how))
+
+
+def cases() -> Iterator[tuple[dict[str, Any], Any]]:
+    """A report, and its circumstances, for each headline of `headline.py`."""
+    bundle = replace(ASKED, standing=Standing("c0ffee" * 5, REGISTRY.head, expires="2026-05-12T08:00:00Z"))
+    yield document("accept") | {"finding": "found", "found_id": ADA, "found_name": "Ada"}, ASKED
+    yield document("accept", identity="not_claimed"), ASKED
+    yield document("accept", claim_source="file"), ASKED
+    yield document("accept"), bundle
+    yield document("inconclusive", finding("motion", "undecided"), law="inconclusive"), ASKED
+    yield document("inconclusive"), ASKED
+    for code in BARRED:
+        yield document("reject", finding(code, measured="2026-05-03")), ASKED
+        yield document("reject", finding(code)), replace(ASKED, barred=Exclusion(code, "2026-05-03", "lost"))  # type: ignore[arg-type]
+    for name in ("still", "drift", "late", "place"):
+        table = [LAW_ROW, rival(name, -9.0)]
+        yield document("reject", finding("residual"), law="reject", explanations=table), ASKED
+    for code in BROKEN:
+        yield document("reject", finding(code, measured=-4.0), law="reject"), ASKED
+    for code in ("gain", "cells_move", "name", "enrolled", "identities", "beats", "identity", "built", "odd"):
+        yield document("reject", finding(code, measured=0.5), identity="mismatch"), ASKED
+    another = document("reject", finding("identity"), identity="mismatch")
+    yield another, read_by("Ada Lovelace")
+    yield another, read_by("Sarah Example", line="Editor")
+    gone = read_by("Ada", barred=Exclusion("revoked", "2026-05-03", "lost"))
+    yield document("accept", finding("enrolled")) | {"finding": "nobody", "found_id": None}, gone
+
+
+def test_each_headline_in_the_source_has_a_case(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Catches: a headline that was added and that no report here has."""
+    lines: set[int] = set()
+
+    def noted(*given: Any) -> Headline:
+        lines.add(sys._getframe(1).f_lineno)
+        return Headline(*given)
+
+    monkeypatch.setattr(headline, "Headline", noted)
+    titles = set()
+    for report, known in cases():
+        found = headline_of(report, known)
+        titles.add(found.title)
+        assert found.title and found.advice.endswith((".", "?")) and found.text.endswith("."), found
+    tree = ast.parse(Path(headline.__file__).read_text(encoding="utf-8"))
+    calls = (node for node in ast.walk(tree) if isinstance(node, ast.Call))
+    assert {node.lineno for node in calls if getattr(node.func, "id", "") == "Headline"} == lines
+    for words in (*(WORDS[name].does for name in ("still", "drift", "late", "place")), *BROKEN.values()):
+        assert any(words in title for title in titles), words

@@ -31,6 +31,8 @@ from moireid.verifier.session.streaming import Verifier
 from moireid.verifier.video import Film
 from moireid_lab.bench.live import AT_PX, FACE_MM, SIZE_PX, answer, frames, portrait
 from moireid_studio.challenge.challenge import Prompt
+from moireid.verifier.session.faces import CARRY_S, HIDDEN_S, Face, FaceFollower
+from moireid.verifier.session.overlap import OverlapWatch, law_through, overlap_share
 
 #: A call: the badge goes to the left, across the face, and down from there.
 CALL = (Prompt("left", 1.0), Prompt("face", 3.0), Prompt("right", 6.5))
@@ -131,3 +133,28 @@ def test_a_recorded_call_is_judged_with_its_overlap(badge, films_of_calls, tmp_p
     assert "badge before it" in page and "before the face for" in page
     forged = verify(films_of_calls["frozen"], Question(badge, badge.id, overlap=True))
     assert forged.verdict == "reject" and forged.overlap.verdict == "reject"
+
+
+def test_shares_are_of_the_smaller_area():
+    """Catches: a share of the larger one, by which a small badge never covers; a box that only touches."""
+    face = Face((100.0, 100.0, 200.0, 200.0), 0.0)
+
+    def board(x: float, y: float, size: float) -> np.ndarray:
+        return np.array([[x, y], [x + size, y], [x + size, y + size], [x, y + size]])
+
+    assert overlap_share(board(150, 100, 100), face) == pytest.approx(0.5)
+    assert overlap_share(board(120, 120, 40), face) == pytest.approx(1.0)
+    assert overlap_share(board(0, 0, 400), face) == pytest.approx(1.0)
+    assert overlap_share(board(200, 100, 100), face) == pytest.approx(0.0, abs=1e-6)
+    # A mirrored board's corners go round the other way.
+    assert overlap_share(board(150, 100, 100)[::-1], face) == pytest.approx(0.5)
+
+
+def test_a_face_is_not_carried_for_ever():
+    """Catches: somebody who has left, before whose empty place a badge is held."""
+    empty, person = np.full((720, 1280), 90, np.uint8), portrait()
+    for hidden, limit in ((False, CARRY_S), (True, HIDDEN_S)):
+        follower = FaceFollower()
+        assert follower.follow(person, 0.0) is not None
+        assert follower.follow(empty, limit - 0.05, hidden=hidden) is not None
+        assert follower.follow(empty, limit + 0.05, hidden=hidden) is None

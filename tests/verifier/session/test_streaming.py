@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -20,6 +21,7 @@ from moireid.verifier.session import chapters
 from moireid.verifier.session import streaming as stream
 from moireid.verifier.session.chapters import identity_of, invariant_of, judge_chapter
 from moireid.verifier.tracking.scene_tracker import SceneTracker
+from moireid.verifier.tracking.track import no_track
 from moireid.verifier.video import Film
 
 
@@ -155,3 +157,22 @@ def test_seconds_in_which_nobody_looked_leave_a_film_open(ada, longest_s, level)
     verifier = Verifier(Question(ada))
     verifier._view.unsearched_s = longest_s
     assert [reason.level for reason in verifier.long_unsearched] == ([level] if level else [])
+
+
+@pytest.mark.parametrize("sd", [0.15, 0.01])
+def test_a_focal_length_that_is_a_guess_is_not_kept(prototype, monkeypatch, sd):
+    """Catches: the guess made while a badge is held still, taken as given from then on: no error bar, never anew."""
+    asked: list[float | None] = []
+    empty = judge_chapter(no_track(prototype, 240, (64, 64)), Claim(prototype))
+    camera = SimpleNamespace(focal_px=1500.0, tangent_sd=(sd, sd))
+
+    def judged(track, claim):
+        asked.append(claim.focal_px)
+        return replace(empty, measurement=SimpleNamespace(camera=camera))
+
+    monkeypatch.setattr(stream, "judge_chapter", judged)
+    live = Verifier(Claim(prototype))
+    for tracked in (60, 90, 130, 240, 240, 240):
+        live._judged_now(replace(no_track(prototype, tracked, (64, 64)), times_s=np.arange(tracked) / 30))
+    kept = [None, 1500.0, None, 1500.0, 1500.0, 1500.0]
+    assert asked == (kept if sd < 0.03 else [None] * 6)

@@ -150,3 +150,10 @@ def test_no_more_is_left_out_where_times_slow_down(ada):
     measured = timed(ada, times)
     assert len(measured) < len(times)
     assert np.all(np.isin(times[len(fast) :], measured))
+
+
+def test_a_few_close_times_do_not_thin_out_what_was_apart(ada):
+    """Catches: frames of 60 a second thinned out to 15, as some later ones have the times of a fast camera."""
+    slow = np.arange(FULL_FRAMES + 260) / 60
+    times = np.concatenate([slow, slow[-1] + np.arange(1, 9) / 480, slow[-1] + 8 / 480 + np.arange(1, 40) / 60])
+    assert np.diff(timed(ada, times)).max() < 0.05
