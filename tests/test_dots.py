@@ -13,16 +13,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from moireid.designer.request import parse_scale
 from PIL import Image
 
 from kit.programs import needs
 from moireid.badge import Badge, Cell, Grating
 from moireid.designer import Order, design_badge
 from moireid.dots import line_edges_mm, nearest_dot, on_dots, realised
-from moireid.errors import DesignError
-from moireid.fabrication.page.pdf import write_badge_pdf
-from moireid.designer.request import parse_scale
 from moireid.errors import DesignError, SpecError
+from moireid.fabrication.page.pdf import write_badge_pdf
 
 PAYLOAD = bytes.fromhex("0f38c1a2b3d4e5f6")
 LENS_MM = 0.508

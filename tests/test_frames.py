@@ -12,7 +12,7 @@ import pytest
 from kit.numeric_films import Building, filmed
 from moireid.badge import Badge, Cell, Grating, badge_from_json
 from moireid.designer import Order, design_badge
-from moireid.errors import SpecError
+from moireid.errors import DesignError, SpecError
 from moireid.frames import own_frame, own_rect
 from moireid.lenticule import view_law
 from moireid.question import KnownCamera
@@ -25,7 +25,6 @@ from moireid.verifier.fringes.strip_law import strip_law
 from moireid.verifier.identity.decode import judge_identity
 from moireid.verifier.tracking.brightness_profiles import ProfileReader
 from moireid_lab.bench.simulate.reference import Setup, trace_pixels
-from moireid.errors import DesignError, SpecError
 
 PAYLOAD = bytes.fromhex("0f5ac3962d784be1")
 A4 = (210.0, 297.0)

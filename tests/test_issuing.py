@@ -15,15 +15,13 @@ import pytest
 from moireid.badge import Badge, load_badge
 from moireid.designer import Order, design_badge, random_payload
 from moireid.designer.design import filled
-from moireid.errors import DesignError, RegistryError
+from moireid.errors import DesignError, FabricationError, RegistryError
 from moireid.fabrication.mount_parts import MountSolids
 from moireid.fabrication.package import print_badge
 from moireid.fabrication.printed.mount import MountPlan, MountReport
+from moireid.fabrication.process_figures import MountFigures, mount_figures
 from moireid.issuing import choose_parts, draw, plan_badge
 from moireid.registry import open_registry
-from dataclasses import replace
-from moireid.errors import FabricationError, RegistryError
-from moireid.fabrication.process_figures import MountFigures, mount_figures
 
 PLAIN = Order("Ada Lovelace", lines=["Reporter"], mount="none")
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import pytest
 
+from moireid.artwork.clear import areas_of
 from moireid.badge import Badge, CodedFrame, badge_from_json
 from moireid.designer import Order, design_badge
 from moireid.designer.formats import FORMATS
@@ -14,8 +15,6 @@ from moireid.designer.reach import PHONE
 from moireid.errors import DesignError
 from moireid.fabrication.page.marks import lettering_places, marker_squares
 from moireid.fiducials import LEAST_UNLIKE, least_unlike
-
-from moireid.artwork.clear import areas_of
 
 PAYLOAD = bytes.fromhex("7097c67b0fafc59b")
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import warnings
 from dataclasses import replace
 from pathlib import Path
@@ -20,6 +19,7 @@ from moireid.registry.look_alikes import folded_skeleton, looks_like, skeleton
 from moireid.verifier.identity.decode import Identity
 from moireid.verifier.session.claim import claim_reasons
 from moireid_studio.jobs.orders import VisitorOrder, checked
+
 CYRILLIC = "\u0410d\u0430 L\u043ev\u0435l\u0430\u0441\u0435"
 
 

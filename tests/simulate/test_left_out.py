@@ -12,18 +12,17 @@ import pytest
 from click.testing import CliRunner
 
 from moireid.cli.main import moireid
+from moireid.errors import SpecError
 from moireid.simulate.analytic.accuracy import Difference, brightness, difference, estimate_error, strips_of
 from moireid.simulate.analytic.analytic_renderer import AnalyticRenderer, BoardRadiance
-from moireid.simulate.flaw_table import PARTS
-from moireid.simulate.recording.sensor import Sensor
-from moireid.simulate.scene import Camera, Instant, Need, Scene
-from moireid_lab.bench.simulate.scenes import SceneSetting, eleven
-from moireid.errors import SpecError
 from moireid.simulate.filming import FilmReport, film
+from moireid.simulate.flaw_table import PARTS
 from moireid.simulate.mitsuba import mitsuba_renderer as mitsuba_estimate
 from moireid.simulate.mitsuba.mitsuba_renderer import cheapest_mitsuba
 from moireid.simulate.motion import motion_named
+from moireid.simulate.recording.sensor import Sensor
 from moireid.simulate.scene import Build, Camera, Instant, Need, Scene
+from moireid_lab.bench.simulate.scenes import SceneSetting, eleven
 
 SETTINGS = {setting.name: setting for setting in eleven()}
 SMALL = Camera(width=480, height=272, focal_px=363.0, shutter_s=0.012, noise_counts=0.0)

@@ -22,7 +22,6 @@ from moireid.verifier import Film, Question, Report, verify
 from moireid.verifier.damage import DAMAGED, DamageWatch
 from moireid.verifier.limits import MAX_STRAY_SHARE
 
-
 #: Codecs that take longer than H.264.
 SLOWER = ("libx265", "libvpx-vp9")
 CONTAINERS = {"libx264": "mp4", "libx265": "mov", "libvpx-vp9": "webm", "mjpeg": "avi"}

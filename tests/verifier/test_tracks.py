@@ -7,25 +7,23 @@ import struct
 from fractions import Fraction
 from itertools import permutations, product
 from pathlib import Path
+from types import SimpleNamespace
 
 import av
 import numpy as np
 import pytest
 from click.testing import CliRunner
 
+import moireid as mo
 from kit.coded_films import written
 from kit.damaging import PICTURES, TS, Part, joined, recoded, with_box, with_edits
 from kit.signing import new_key, pem_of, public_pem_of
 from moireid.badge import Badge, load_badge
 from moireid.cli.main import moireid
-from moireid.verifier import Film, Question, Report, verify
-from moireid.verifier.video import OPENING
-from types import SimpleNamespace
-
-import moireid as mo
 from moireid.errors import MediaError
-from moireid.verifier import Claim, Film, Report, identify, verify
+from moireid.verifier import Film, Question, Report, identify, verify
 from moireid.verifier.session.capture import capture_as_built
+from moireid.verifier.video import OPENING
 
 DEFAULT, COVER, FORCED = 1, 1024, 64
 

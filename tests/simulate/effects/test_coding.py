@@ -9,17 +9,15 @@ import numpy as np
 import pytest
 
 from moireid.badge import Badge
-from moireid.simulate.cameras import Camera
+from moireid.simulate.cameras import Camera, camera_named
+from moireid.simulate.effects import table
 from moireid.simulate.effects.table import KINDS, effect_named
 from moireid.simulate.film_badge import simulate
-from moireid.simulate.filming import film
+from moireid.simulate.filming import FilmOptions, film, filmed, scene_of
 from moireid.simulate.motion import motion_named
 from moireid.simulate.recording.encode import FilmWriter, Pass, Recipe
 from moireid.simulate.recording.sensor import hybrid_log_gamma, perceptual_quantiser
 from moireid.simulate.scene import Build, Scene
-from moireid.simulate.cameras import Camera, camera_named
-from moireid.simulate.effects import table
-from moireid.simulate.filming import FilmOptions, film, filmed, scene_of
 
 
 def shoot(badge: Badge, path: Path, *effects: str, frames: int = 6, size: tuple[int, int] = (480, 272)) -> Path:

@@ -28,14 +28,6 @@ from moireid.verifier.limits import (
     MAX_LASTING_PX,
     MAX_MIXED_SHARE,
     MAX_RIVAL_LOG10,
-    POSSIBLE_RESIDUAL_RATIO,
-)
-from moireid.verifier.limits import (
-    LEAST_STRENGTH,
-    MAX_LASTING_PX,
-    MAX_MIXED_SHARE,
-    MAX_RIVAL_LOG10,
-    MIN_EXCITATION_RAD,
     OWN_MOTION,
     PROOF_SDS,
     USUAL_SDS,

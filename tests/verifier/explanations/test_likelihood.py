@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from moireid.verifier.explanations.residuals import own_motion_odds
-from moireid.verifier.limits import FORGED_MAX_SHARE, FORGED_MIN_SHARE, MAX_RIVAL_LOG10, OWN_MOTION, REJECTED_LOG10
 from moireid.verifier.limits import FORGED_MAX_SHARE, FORGED_MIN_SHARE, MAX_RIVAL_LOG10, OWN_MOTION
 
 MOTION, ERROR = 0.8, 0.02

@@ -6,6 +6,7 @@ The codes are read from the source, so one that is new has no evidence here, and
 from __future__ import annotations
 
 import ast
+import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -16,11 +17,11 @@ import numpy as np
 import pytest
 
 from kit.fringe_signals import FRAMES, fringe_signal, lasting_noise, trajectory
-from kit.report_documents import ADA, ASKED, document
+from kit.report_documents import ADA, ASKED, LAW_ROW, REGISTRY, document, finding, rival
 from moireid.asbuilt import AsBuilt
 from moireid.badge import Badge
 from moireid.idcodes import DecodeResult
-from moireid.provenance import Provenance
+from moireid.provenance import BadgeHolder, Exclusion, Provenance, Standing
 from moireid.verifier import Question, limits
 from moireid.verifier.damage import DamageWatch, claimed_finding
 from moireid.verifier.decision import findings, photographs
@@ -31,6 +32,7 @@ from moireid.verifier.decision.judge import Invariant, judge
 from moireid.verifier.decision.parts import parts, parts_of
 from moireid.verifier.decision.sheet_gain import DESIGNED, gain_reason
 from moireid.verifier.explanations.photographs.fringe_spacing import Spacing
+from moireid.verifier.explanations.words import WORDS
 from moireid.verifier.fringes.grating_signal import BeyondPhase, DepthLaw, GratingSignal
 from moireid.verifier.identity import decode, page_scale
 from moireid.verifier.identity.cell_slip import CellMotion, RowsApart
@@ -38,18 +40,13 @@ from moireid.verifier.identity.compare_built import compare_built
 from moireid.verifier.identity.decode import Identity
 from moireid.verifier.measuring import CELLS_MOVE_RATIO, CELLS_STILL_RATIO, MAX_UNSEARCHED_S
 from moireid.verifier.reasons import Reason
+from moireid.verifier.report import headline
 from moireid.verifier.report.finding_words import GENERAL, RIVALS
-from moireid.verifier.report.headline import BARRED, headline_of
+from moireid.verifier.report.headline import BARRED, BROKEN, Headline, headline_of
 from moireid.verifier.session import badge_session, chapters, check_level, cover, identify, overlap, streaming
 from moireid.verifier.session.claim import claim_reasons
 from moireid.verifier.timeline import restart_findings
 from moireid.verifier.tracking.track import no_track
-import sys
-from kit.report_documents import ADA, ASKED, LAW_ROW, REGISTRY, document, finding, rival
-from moireid.provenance import BadgeHolder, Exclusion, Provenance, Standing
-from moireid.verifier.explanations.words import WORDS
-from moireid.verifier.report import headline
-from moireid.verifier.report.headline import BARRED, BROKEN, Headline, headline_of
 
 ROOT = Path(__file__).parents[3]
 LAW = 1.2 * trajectory()

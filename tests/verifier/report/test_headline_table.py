@@ -17,7 +17,6 @@ from kit.places import ROOT, TESTS
 from moireid.simulate.forgeries.trajectories import KINDS
 from moireid.verifier.report.circumstances import Circumstances
 from moireid.verifier.report.headline import headline_of
-from moireid.verifier.report.headline import BROKEN
 
 #: Parts of it are hidden from the reader, so its headline blames a cover.
 MISLEADING = ["patchy handheld"]

@@ -16,7 +16,6 @@ from moireid.verifier.explanations.rivals import RIVALS, Rival
 from moireid.verifier.explanations.words import WORDS
 from moireid.verifier.limits import CALIBRATION_CAP_LOG10
 from moireid.verifier.report.rival_plot import best_fit
-from moireid.verifier.report.rival_table import PHOTOGRAPHS, odds_line, rivals_in, table_of
 from moireid.verifier.report.rival_table import odds_line, rivals_in, table_of
 
 

@@ -25,14 +25,12 @@ from moireid.verifier.picture import Frame
 from moireid.verifier.report.report_page import write_report
 from moireid.verifier.session import faces
 from moireid.verifier.session.chapters import Chapter
-from moireid.verifier.session.faces import Face, FaceFollower
-from moireid.verifier.session.overlap import OverlapWatch, law_through
+from moireid.verifier.session.faces import CARRY_S, HIDDEN_S, Face, FaceFollower
+from moireid.verifier.session.overlap import OverlapWatch, law_through, overlap_share
 from moireid.verifier.session.streaming import Verifier
 from moireid.verifier.video import Film
 from moireid_lab.bench.live import AT_PX, FACE_MM, SIZE_PX, answer, frames, portrait
 from moireid_studio.challenge.challenge import Prompt
-from moireid.verifier.session.faces import CARRY_S, HIDDEN_S, Face, FaceFollower
-from moireid.verifier.session.overlap import OverlapWatch, law_through, overlap_share
 
 #: A call: the badge goes to the left, across the face, and down from there.
 CALL = (Prompt("left", 1.0), Prompt("face", 3.0), Prompt("right", 6.5))

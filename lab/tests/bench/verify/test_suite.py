@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
+import json
 import math
 
 import numpy as np
 import pytest
+from moireid_lab.bench.verify.motion_extremes import cases, read_extreme
 
 from moireid.verifier import Question, Verifier
 from moireid.verifier.video import Film
+from moireid_lab.bench.bench_frame import table_text
 from moireid_lab.bench.verify import verify_suite as verify
 from moireid_lab.bench.verify.films import DecodedFilm, FilmTruth, Kind, phase_error_rad
-
-import json
-from moireid_lab.bench.bench_frame import table_text
-from moireid_lab.bench.verify.motion_extremes import cases, read_extreme
 
 
 def test_the_phase_error_counts_what_lies_between_the_frames_used():
