@@ -18,8 +18,6 @@ from moireid.simulate.forgeries.trajectories import KINDS
 from moireid.verifier.report.circumstances import Circumstances
 from moireid.verifier.report.headline import headline_of
 
-#: Parts of it are hidden from the reader, so its headline blames a cover.
-MISLEADING = ["patchy handheld"]
 FILMS = sorted((TESTS / "data" / "golden").glob("forged-*.signals"))
 #: The cause that a headline names, by words of it, of today and of before.
 NAMED = {
