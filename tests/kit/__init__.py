@@ -3,6 +3,7 @@
 places.py           where the project, its films and its examples lie
 programs.py         programs that pip does not install
 compiling.py        the renderer, compiled ahead
+claims.py           the ledger of claims, made of the marks of tests
 drawn_pages.py      pictures of a page whose homography is known
 drawn_frames.py     the same of a page with a coded frame
 coded_films.py      films of given pictures, and short ones of long ones
@@ -14,7 +15,6 @@ numeric_films.py    tracks of a badge, made of numbers alone
 fringe_signals.py   phase signals of one grating, and series of them
 photographed.py     signals of a badge and of photographs of it
 kernel_fuzz.py      calls of the kernel with hostile figures
-numpy_kernel.py     the kernel's equations in NumPy
 made_corners.py     a badge's corners as a film would give them
 rendered_frames.py  frames by either renderer, and their phase
 seen_gratings.py    a grating from straight in front, and the phase of its fringes
@@ -38,7 +38,6 @@ guiding.py          the blocks of a guide, typed
 signing.py          keys, certificates and a time authority
 payloads.py         a fixed payload for a name
 registries.py       registries on SQLite and PostgreSQL
-live_verdicts.py    verdicts of a live check, and their headlines
 witnesses.py        roots of logs, and witnesses who sign checkpoints
 fault_runs.py       file calls of a registry fail, one in each run; faults.c is loaded to do it
 fault_runs_postgres.py  statements and commits that go to PostgreSQL fail, one in each run

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from kit.fringe_signals import FRAMES, apart_from, fringe_signal, lasting_noise, trajectory
-from moireid.verifier.decision.figures import figures_of, window_correlation_mean
+from moireid.verifier.decision.figures import figures_of, pearson, window_correlation_mean
 from moireid.verifier.limits import MAX_VAGUENESS_RATIO
 
 LAW = 1.2 * trajectory()
@@ -53,3 +53,10 @@ def test_places_of_a_covered_row_do_not_count():
     for sd, wanted in (([0.02, 0.02, 0.02], 0.3), ([0.02, 1.1 * MAX_VAGUENESS_RATIO * 0.02, 0.02], 0.02)):
         changed = made.__class__(**{**vars(made), **apart, "strip_sd_rad": np.array(sd)})
         assert figures_of(changed).place_wander_rad == wanted
+
+
+def test_pearson_is_numpy_s_and_zero_where_nothing_moves():
+    """Catches: series that are not centred; NaN for a constant."""
+    a, b = trajectory(2) + 7.0, apart_from(trajectory(2)) + 0.4 * trajectory(2) - 3.0
+    assert pearson(a, b) == pytest.approx(np.corrcoef(a, b)[0, 1])
+    assert pearson(a, -b) == -pearson(a, b) and pearson(a, np.full(FRAMES, 3.0)) == 0.0
