@@ -215,8 +215,9 @@ def _check_published(question: Question, *, signed: bool) -> None:
         "--track": question.track is not None,
         "--strength": question.strength is not None,
         "--level": question.level is not None,
-        "--sign": signed,
     }
+    if question.published and signed:
+        raise SpecError("--sign is for verdicts of moireid's own pipeline; leave --pipeline published out")
     for name, asked in wanted.items():
         if question.published and asked:
             raise SpecError(f"--pipeline published cannot check {name}; leave one of them out")
