@@ -13,12 +13,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from moireid.designer.request import parse_scale
 from PIL import Image
 
 from kit.programs import needs
 from moireid.badge import Badge, Cell, Grating
 from moireid.designer import Order, design_badge
+from moireid.designer.order import parse_scale
 from moireid.dots import line_edges_mm, nearest_dot, on_dots, realised
 from moireid.errors import DesignError, SpecError
 from moireid.fabrication.page.pdf import write_badge_pdf

@@ -197,4 +197,4 @@ def test_a_film_of_three_gratings_is_measured_and_read(hexagonal: Badge) -> None
 def test_a_board_too_small_for_three_fields_says_so() -> None:
     """Catches: fields of no height, or an error that names no way out."""
     with pytest.raises(DesignError, match="larger board"):
-        design_badge(Request("Ada", axes="hex", size_mm=(60.0, 66.0), range_m=(0.3, 0.5)), PAYLOAD)
+        design_badge(Order("Ada", lens="50lpi", axes="hex", size_mm=(60.0, 66.0), range_m=(0.3, 0.5)), PAYLOAD)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from moireid.designer import Request, design_badge
+from moireid.designer import Order, design_badge
 from moireid.registry import Record
 
-BADGE = design_badge(Request("Ada Lovelace"), bytes(range(8)))
+BADGE = design_badge(Order("Ada Lovelace", lens="50lpi"), bytes(range(8)))
 
 
 def test_a_record_is_one_line_with_its_state() -> None:

@@ -105,6 +105,6 @@ def test_too_many_or_no_steps_are_refused_with_what_fits(paper, most):
     """Catches: bands too thin to be distinguished, a chart of one band, advice that is refused in its turn."""
     for steps in (0, -3, most + 1, 10**9):
         with pytest.raises(DesignError, match=f"1 to {most}") as refused:
-            design_chart(ChartRequest(paper=paper, steps=steps))
+            design_chart(paper=paper, steps=steps)
         assert refused.value.details["most_steps"] == most
-    assert len(design_chart(ChartRequest(paper=paper, steps=most)).gratings[0].cells) == 2 * most + 1
+    assert len(design_chart(paper=paper, steps=most).gratings[0].cells) == 2 * most + 1

@@ -18,7 +18,7 @@ from moireid.calibration.lens_fit import lens_from_band
 from moireid.calibration.sheet_reading import SheetReading
 from moireid.calibration.thickness import Thickness
 from moireid.cli.main import moireid
-from moireid.designer import ChartRequest, design_chart
+from moireid.designer import design_chart
 from moireid.errors import MediaError
 
 CAMERA = {
@@ -84,7 +84,7 @@ def test_a_camera_comes_through_as_it_was_found() -> None:
 
 def test_a_sheet_comes_through_as_it_was_read() -> None:
     """Catches: figures that are lost or changed on their way from one process to the other."""
-    chart = design_chart(ChartRequest())
+    chart = design_chart()
     made = lens_from_band(chart, 10.5, distance_mm=1000)
     found = SheetReading(made, InkGrowth(12.0, 3.0, "", 0.01, 2), Thickness(0.5, 0.01), "--distance")
     order = SheetOrder(Path("film.mp4"), chart)

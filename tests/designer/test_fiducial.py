@@ -59,6 +59,6 @@ def test_a_frame_is_refused_where_it_cannot_be() -> None:
 @pytest.mark.parametrize("name", ["cr80", "a7", "a6", "a5", "board"])
 def test_a_frame_leaves_room_for_name_and_id_in_every_format(name: str) -> None:
     """Catches: ends that shrink with the board while the frame's white does not."""
-    badge = design_badge(in_format(Request("Ada", markers="frame"), name), bytes(16))
+    badge = design_badge(Order("Ada", format=name, markers="frame"), bytes(16))
     areas = areas_of(badge)
     assert all(areas[area][3] - areas[area][1] >= least for area, least in (("head", 7 - 1e-6), ("foot", 6.5 - 1e-6)))

@@ -23,7 +23,7 @@ from kit.webbing import OpenStudio, Visit, studio
 from moireid.asbuilt import AsBuilt
 from moireid.badge import Badge, badge_from_json
 from moireid.cli.main import moireid
-from moireid.designer import Request, design_badge
+from moireid.designer import Order, design_badge
 from moireid.registry.signing.signer_process import own_signer
 from moireid.sheets import DEFAULT_LENS
 from moireid_studio.store.job import Job
@@ -295,7 +295,7 @@ def test_badges_are_issued_by_a_studio_that_has_no_key(tmp_path: Path, monkeypat
 def test_a_name_that_exists_is_told_before_anything_is_issued(visit: Visit) -> None:
     """Catches: a second badge of a name issued without a word; a badge whose id another holds; a revoked one."""
     registry = visit.studio.registry
-    first = design_badge(Request("Two Of Us", lens=DEFAULT_LENS), payload_for_name("Two Of Us"))
+    first = design_badge(Order("Two Of Us", lens=DEFAULT_LENS), payload_for_name("Two Of Us"))
     registry.enroll(first)
     count = registry.count()
     wish = {"name": "Two Of Us", "do": "issue"}

@@ -13,7 +13,7 @@ import pytest
 
 from kit.places import FILMS
 from kit.streams import pictures, write_stream
-from moireid_studio.commands.watch_display import line_of, live_display, plain
+from moireid_studio.commands.watch_display import LiveLines, line_of, plain
 
 BADGE = ["--badge", str(FILMS / "badge.json")]
 PROGRAM = [str(Path(sys.executable).parent / "moireid"), "watch"]
@@ -58,10 +58,10 @@ def test_lines_for_people_are_whole_and_harmless(capsys: pytest.CaptureFixture[s
     assert plain("a\x1b[2J\nb\x9bc") == r"a\u001b[2J\nb\u009bc"
     prompt = {"event": "prompt", "number": 2, "of": 6, "move": "left", "text": "Move it 20 cm to your left."}
     assert line_of(prompt) == "2 of 6: Move it 20 cm to your left."
-    status: dict[str, Any] = {"event": "status", "verdict": "reject", "badge": True, "tracked": 3}
-    with live_display("a source") as show:
-        for reasons in ([{"level": "fail", "text": "first\x1b[2J"}], [{"level": "fail", "text": "second"}]):
-            show(status | {"reasons": reasons})
-        show(status | {"verdict": "accept", "reasons": []})
+    status = {"event": "status", "verdict": "reject", "badge": True, "tracked": 3}
+    show = LiveLines().show
+    for reasons in ([{"level": "fail", "text": "first\x1b[2J"}], [{"level": "fail", "text": "second"}]):
+        show(status | {"reasons": reasons})
+    show(status | {"verdict": "accept", "reasons": []})
     lines = capsys.readouterr().err.splitlines()
     assert [line.split("  ")[-1] for line in lines] == [r"reject: first\u001b[2J", "accept: "]

@@ -256,7 +256,7 @@ def test_damaged_dxf_is_refused(
 
 def test_clearance_follows_the_board_or_is_refused(badge: Badge) -> None:
     """Catches: one clearance for all boards, and a loose one let through."""
-    small = design_badge(Request("A", size_mm=(60.0, 66.0), range_m=(0.6, 0.7)), payload_for_name("A"))
+    small = design_badge(Order("A", lens="50lpi", size_mm=(60.0, 66.0), range_m=(0.6, 0.7)), payload_for_name("A"))
     assert plan_acrylic(small).clearance_mm == 0.05 and plan_acrylic(small).twist_deg < 0.3
     assert plan_acrylic(board_of(badge, 300.0, 300.0)).clearance_mm == 0.15
     with pytest.raises(

@@ -94,7 +94,7 @@ def test_the_spare_share_is_rounded_up_and_exact() -> None:
 
 def test_a_mask_takes_film_and_spacers() -> None:
     """Catches: a cutting plan for lens sheets that no one buys; a mask without its film."""
-    badge = design_badge(Request("A", front="mask", range_m=(0.8, 1.5)), bytes(8))
+    badge = design_badge(Order("A", lens="50lpi", front="mask", range_m=(0.8, 1.5)), bytes(8))
     found = listed(badge, WITHOUT, 10, form=None)
     assert found.cutting is None and amounts(found)["film"] == 11 and "lens-sheet" not in amounts(found)
     assert amounts(found)[f"spacer-{badge.lens.thickness_mm:g}mm"] == 11
@@ -102,7 +102,7 @@ def test_a_mask_takes_film_and_spacers() -> None:
 
 def test_an_acrylic_stack_lists_its_parts_and_screws() -> None:
     """Catches: plates of one thickness counted once for all three; screws for one badge."""
-    badge = design_badge(in_format(Request("A"), "a6", lens="40lpi-2mm", range_m=(0.4, 1.0)), bytes(8))
+    badge = design_badge(Order("A", format="a6", lens="40lpi-2mm", range_m=(0.4, 1.0)), bytes(8))
     parts = replace(plan_parts(badge, "lanyard"), printed="none")
     assert parts.acrylic is not None
     found = shopping_list(badge, parts, 10, (297.0, 210.0), form="a6", spare_share=0.05)

@@ -9,11 +9,10 @@ import numpy as np
 import pytest
 
 from moireid.badge import Badge
-from moireid.simulate.cameras import Camera, camera_named
-from moireid.simulate.effects import table
+from moireid.simulate.cameras import Camera
 from moireid.simulate.effects.table import KINDS, effect_named
 from moireid.simulate.film_badge import simulate
-from moireid.simulate.filming import FilmOptions, film, filmed, scene_of
+from moireid.simulate.filming import film
 from moireid.simulate.motion import motion_named
 from moireid.simulate.recording.encode import FilmWriter, Pass, Recipe
 from moireid.simulate.recording.sensor import hybrid_log_gamma, perceptual_quantiser
@@ -79,19 +78,6 @@ def test_every_effect_has_three_rising_strengths_a_unit_and_a_source():
         steps = np.sign(np.diff(kind.figures))
         assert kind.name == name and abs(steps.sum()) == 2 and kind.what and kind.source
         assert all(kind.make(figure) is not None for figure in kind.figures)
-
-
-def test_a_camera_named_after_an_effect_is_a_phone_with_it(prototype, tmp_path):
-    """Catches: an alias without its effect; effects of a wish that are dropped; a format's frame rate that is lost."""
-    assert set(table.CAMERAS.values()) <= set(KINDS)
-    wish = FilmOptions(motion="linear", frames=4, camera="call-tile", format="848x480@24", effects=("crop:light",))
-    scene = scene_of(prototype, wish)
-    assert (scene.camera.width, scene.camera.height) == (848, 480)
-    assert scene.camera.focal_px / 848 == pytest.approx(camera_named("phone").focal_px / 1920)
-    report = filmed(scene, wish, tmp_path / "a.mp4")
-    assert report.size == (1144, 720)
-    with av.open(str(report.video)) as container:
-        assert container.streams.video[0].average_rate == 24
 
 
 def test_a_film_takes_the_effects_that_are_wished(prototype, tmp_path):

@@ -562,11 +562,11 @@ def test_one_odd_chapter_hides_no_rival_of_the_whole_film():
 def test_frames_from_aside_excuse_none_from_the_front(forged):
     """Catches: a print that a forger shows from aside for a quarter of the film, and so makes inconclusive."""
     film = fringe_signal(LAW, forged + lasting_noise(), steep=np.arange(FRAMES) < 0.3 * FRAMES)
-    assert judge_signals([film]).verdict == "reject"
-    assert judge_signals([replace(film, steep=np.ones(FRAMES, bool))]).verdict == "inconclusive"
+    assert judge([film]).verdict == "reject"
+    assert judge([replace(film, steep=np.ones(FRAMES, bool))]).verdict == "inconclusive"
 
 
 @pytest.mark.parametrize("what", ["covered_share", "held_share"])
 def test_what_covers_a_badge_is_noted(what):
     """Catches: a hand that is not reported."""
-    assert levels(judge_signals([replace(true_film(), **{what: 0.2})]))["covered"] == "note"
+    assert levels(judge([replace(true_film(), **{what: 0.2})]))["covered"] == "note"

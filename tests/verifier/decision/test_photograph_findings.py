@@ -8,7 +8,7 @@ import numpy as np
 
 from kit.photographed import LAW, TYPICAL, noise_of, signal
 from moireid.asbuilt import AsBuilt, as_built_from_json, merge
-from moireid.designer import Request, design_badge
+from moireid.designer import Order, design_badge
 from moireid.verifier.decision.photographs import photographs, softest
 from moireid.verifier.decision.sheet_gain import SheetGain, as_built, designed, to_measure
 from moireid.verifier.fringes.grating_signal import GratingSignal
@@ -24,7 +24,7 @@ def test_what_cannot_be_told_has_no_finding() -> None:
 def test_a_soft_sheet_is_enrolled_and_then_owes_a_third_of_what_it_showed() -> None:
     """Catches: sheets for flip pictures that no capture takes; an enrolment that superposed photographs pass."""
     built = AsBuilt("0f", -0.05, 1e-5, 0.0, 0.01, 0.0, 1e-4, 1.0, 0.007, third_harmonic=0.024)
-    badge = design_badge(Request("Bench"), bytes.fromhex("0f5ac3962d784be1"))
+    badge = design_badge(Order("Bench", lens="50lpi"), bytes.fromhex("0f5ac3962d784be1"))
     soft, photographed = (signal(size + noise_of(0.001, 4)) for size in (0.024 * TYPICAL / abs(TYPICAL), 0.002))
 
     def passes(film: GratingSignal, sheet: SheetGain) -> bool:

@@ -85,7 +85,8 @@ def test_no_headline_misleads(monkeypatch: pytest.MonkeyPatch) -> None:
             wrong.append(f"{kind} {motion}")
         assert kind != "true" or document["verdict"] != "reject"
         words = title.partition("do not follow the law: they ")[2]
-        assert any(f"Fringes that {words} explain" in one["text"] for one in document["reasons"]) == bool(words)
+        of_a_rival = bool(words) and words != BROKEN["parts"]
+        assert any(f"Fringes that {words} explain" in one["text"] for one in document["reasons"]) == of_a_rival
         if "differ from the law" in title:
-            assert " of its motion (most from " in title or " times its motion (most from " in title
-    assert wrong == MISLEADING and all(kinds.count(kind) >= 2 for kind in ("true", *KINDS))
+            assert " of its motion, most from " in title or " times its motion, most from " in title
+    assert not wrong and all(kinds.count(kind) >= 2 for kind in ("true", *KINDS))
