@@ -209,6 +209,10 @@ def simulate_command(
     lamp      0.25 m across, 2 m away, 45 degrees up
     sun       40 degrees up, 30 degrees to the left, in a clear sky
     """
+    from moireid.badge import load_badge
+
+    # A wrong badge is refused before the simulator is imported, which takes seconds.
+    load_badge(badge_json)
     from moireid.simulate.film_badge import simulate
 
     # The options of the film have the names of its parameters.

@@ -27,7 +27,6 @@ from moireid.errors import SpecError
 from moireid.frames import OwnFrame
 from moireid.lenticule import trace_mm
 from moireid.optics import passed_share, slab_shift_mm
-from moireid.simulate.build import Build
 
 Array = NDArray[np.float64]
 #: The light on the page is kept at this many places across one lens pitch: every 2 um for 0.5 mm.
@@ -238,7 +237,7 @@ def _profile(lens: Lens, tan_x: Array, tan_y: Array, power: Array) -> Array:
     return bins * BINS / straight_share(lens.refractive_index)
 
 
-def turned_light(light: DiscLight, frame: OwnFrame, build: Build) -> DiscLight:
+def turned_light(light: DiscLight, frame: OwnFrame, twist_rad: float, offset_mm: float) -> DiscLight:
     """The light in the frame of a twisted sheet over a grating of that frame: across its lenses, along them, in depth.
 
     Convention: twist from x towards y; across counts from the axis of lenticule 0.
@@ -246,7 +245,5 @@ def turned_light(light: DiscLight, frame: OwnFrame, build: Build) -> DiscLight:
     """
     x, y, z = light.place_mm
     across, along = frame.directions((x, y)).tolist()
-    cosine, sine = math.cos(build.twist_rad), frame.handed * math.sin(build.twist_rad)
-    return replace(
-        light, place_mm=(across * cosine + along * sine - build.lens_offset_mm, along * cosine - across * sine, z)
-    )
+    cosine, sine = math.cos(twist_rad), frame.handed * math.sin(twist_rad)
+    return replace(light, place_mm=(across * cosine + along * sine - offset_mm, along * cosine - across * sine, z))

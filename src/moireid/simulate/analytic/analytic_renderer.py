@@ -202,7 +202,8 @@ def _lights(scene: Scene, rays: int) -> tuple[Array, Array]:
     as_built = replace(scene.lens, pitch_mm=scene.lens.pitch_mm * scene.build.lens_scale)
     for k, grating in enumerate(gratings):
         low, _, high, _ = scene.own_rect_mm(grating, grating.rect_mm)
-        light = turned_light(scene.light, scene.badge.frame_of(grating), scene.build)
+        frame, build = scene.badge.frame_of(grating), scene.build
+        light = turned_light(scene.light, frame, build.twist_rad, build.lens_offset_mm)
         lamps[k], tables[k] = lamp_figures(as_built, light, (low, high), 1.0 / scene.camera.focal_px / rays)
         if not scene.need.glare:
             # The radiances of disc and sky are needed only for what the lenses mirror.
