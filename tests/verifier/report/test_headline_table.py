@@ -16,7 +16,7 @@ import pytest
 from kit.places import ROOT, TESTS
 from moireid.simulate.forgeries.trajectories import KINDS
 from moireid.verifier.report.circumstances import Circumstances
-from moireid.verifier.report.headline import headline_of
+from moireid.verifier.report.headline import BROKEN, headline_of
 
 FILMS = sorted((TESTS / "data" / "golden").glob("forged-*.signals"))
 #: The cause that a headline names, by words of it, of today and of before.
