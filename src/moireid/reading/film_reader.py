@@ -8,6 +8,7 @@ Without a seal (`--unsealed`, and on Windows) films are read in the command's ow
 
 from __future__ import annotations
 
+import atexit
 import os
 import sys
 import time
@@ -192,5 +193,7 @@ def warm_up() -> None:
 
 @cache
 def _fork_server() -> ForkServer:
-    """One for this program; it loads the work when it is first asked for a process."""
-    return ForkServer(WORK, sealed=True)
+    """One for this program, with which it ends; it loads the work when it is first asked for a process."""
+    made = ForkServer(WORK, sealed=True)
+    atexit.register(made.close)
+    return made

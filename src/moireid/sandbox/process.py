@@ -181,6 +181,11 @@ class ForkServer:
         with self._lock:
             self._begun()
 
+    def close(self) -> None:
+        """End the program, and wait for it."""
+        with self._lock:
+            self._drop()
+
     def fork(self, limits: ProcessLimits, folder: Path | str | None = None, *, within: Reach | None = None) -> Child:
         """A process that does the work; folder and within as in `start`.  Raises: OSError if none can be started."""
         ours, theirs = socket.socketpair()
