@@ -19,7 +19,6 @@ from moireid.errors import DesignError, FabricationError, RegistryError
 from moireid.fabrication.mount_parts import MountSolids
 from moireid.fabrication.package import print_badge
 from moireid.fabrication.printed.mount import MountPlan, MountReport
-from moireid.fabrication.process_figures import MountFigures, mount_figures
 from moireid.issuing import choose_parts, draw, plan_badge
 from moireid.registry import open_registry
 
@@ -110,9 +109,9 @@ def test_a_format_gets_a_holder_where_the_mount_asked_for_does_not_fit(badge: Ba
 def test_a_figure_that_was_given_is_an_order(badge: Badge) -> None:
     """Catches: another mount than the one whose figure was set; a board of its own that is given a holder unasked."""
     with pytest.raises(FabricationError, match="front wall"):
-        CARD.parts(badge, "stand", mount_figures(["stand_deg=20"]))
+        choose_parts(badge, replace(CARD, mount="stand", mount_mm={"stand_deg": 20.0}))
     # A board of its own has the acrylic stack, which can be made.
-    parts, note = replace(CARD, format_name=None).parts(badge, "stand", MountFigures())
+    parts, note = choose_parts(badge, replace(CARD, format=None, mount="stand"))
     assert (parts.printed, note) == ("none", None) and parts.acrylic and "front wall" in parts.left_out["printed"]
 
 

@@ -14,8 +14,8 @@ from kit.places import ROOT
 from moireid.cli.simulate_cmd import simulate_command
 
 NAMES = (
-    "AsBuilt Badge CodeError DesignError FabricationError FilmCheck MediaError MissingExtraError MoireIdError Registry "
-    "RegistryError SpecError __version__ design identify load_badge mount_solids print_badge simulate verify"
+    "AsBuilt Badge CodeError DesignError FabricationError FilmCheck MediaError MissingExtraError MoireIdError Order "
+    "Registry RegistryError SpecError __version__ design identify load_badge mount_solids print_badge simulate verify"
 )
 
 

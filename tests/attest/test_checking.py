@@ -286,9 +286,3 @@ def test_what_is_not_there_is_bad_input(tmp_path: Path, envelope: Path) -> None:
     for options in ((tmp_path / "none",), (envelope, "--film", tmp_path / "none"), (envelope, "--key", envelope)):
         done = checked(*options)
         assert done.exit_code == 2 and done.stderr.startswith("error: ") and done.stdout == ""
-
-
-def test_the_schema_is_printed() -> None:
-    """Catches: an option that asks for a file first."""
-    done = CliRunner().invoke(moireid, ["attest", "check", "--schema"])
-    assert done.exit_code == 0 and json.loads(done.stdout)["$id"] == "urn:moireid:schema:attestation:1"

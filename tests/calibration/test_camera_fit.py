@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 from kit.coded_films import written
 from moireid.calibration.camera_fit import camera_from_film
 from moireid.camera_chart import COLUMNS, ROWS, SQUARE_MM, chart_board
-from moireid.cli.pitch_cmd import calibrate_command
+from moireid.cli.main import moireid
 from moireid.errors import MediaError
 from moireid.verifier.camera.known_camera import load_camera
 
@@ -60,7 +60,7 @@ def test_a_camera_is_found_by_a_film_of_its_chart(tmp_path: Path, rng: np.random
     """Catches: corners of the wrong numbers; width and height exchanged; a file that --camera does not read."""
     made = film(tmp_path / "chart.mp4", rng)
     answer = CliRunner().invoke(
-        calibrate_command, [str(made), "--camera", "--out", str(tmp_path / "camera.yaml"), "--json"]
+        moireid, ["calibrate", str(made), "--camera", "--out", str(tmp_path / "camera.yaml"), "--json"]
     )
     assert answer.exit_code == 0, answer.output
     found = json.loads(answer.output)
@@ -94,9 +94,9 @@ def test_the_chart_is_printed_at_true_size(tmp_path: Path):
     chart = tmp_path / "chart.pdf"
     for paper in ("a4", "letter"):
         answer = CliRunner().invoke(
-            calibrate_command, ["--camera", "--out", str(chart), "--paper", paper, "--overwrite"]
+            moireid, ["calibrate", "--camera", "--out", str(chart), "--paper", paper, "--overwrite"]
         )
         assert answer.exit_code == 0 and chart.read_bytes().startswith(b"%PDF")
     for wrong in (["--out", str(chart)], ["film.mp4"], ["film.mp4", "--out", "new.pdf"], ["--out", "a.yaml"]):
-        answer = CliRunner().invoke(calibrate_command, ["--camera", *wrong])
+        answer = CliRunner().invoke(moireid, ["calibrate", "--camera", *wrong])
         assert answer.exit_code == 2

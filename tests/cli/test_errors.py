@@ -546,9 +546,8 @@ def test_a_command_loads_no_package_that_it_does_not_need(
 
 
 def test_a_camera_is_given_once_and_as_a_calibration(refused: Callable[..., str], badge_file: Path) -> None:
-    """Catches: two focal lengths; a camera file that is read only once the film was; one that the method ignores."""
+    """Catches: two focal lengths; a camera file that is read only once the film was."""
     Path("camera.json").write_text("{}")
     film = ("verify", "film.mp4", "--badge", "ada.json", "--camera", "camera.json")
     assert "--camera holds the focal length" in refused(*film, "--focal-px", "900")
-    assert "leave --camera out" in refused(*film, "--pipeline", "published")
     assert "holds no calibration" in refused("identify", "film.mp4", "--registry", REGISTRY, "--camera", "camera.json")

@@ -29,8 +29,8 @@ def followed(request: Order, error: MoireIdError) -> Order:
     ("wish", "words"),
     [
         (replace(WISH, printer_dpi=150), ["print at 300 dpi or more"]),
-        (replace(WISH, size_mm=(30.0, 30.0)), ["at least 60x66", "within 0.09-1.70 m"]),
-        (replace(WISH, size_mm=(30.0, 150.0)), ["within 0.21-0.85 m"]),
+        (replace(WISH, size_mm=(30.0, 30.0)), ["at least 60x66"]),
+        (replace(WISH, size_mm=(30.0, 150.0)), list[str]()),
         (replace(WISH, size_mm=(300.0, 300.0)), [""]),
         (replace(WISH, size_mm=(200.0, 280.0), paper="letter"), [""]),
     ],

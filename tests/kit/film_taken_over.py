@@ -72,7 +72,7 @@ class HostileOrder:
 def take_over(order: HostileOrder, film: str) -> str:
     """A job of a collection that its film has taken over."""
     found: dict[str, Any] = {}
-    order.read(found.update, None, None)
+    order(found.update, None, None)
     return str(found["result"]["got"])
 
 

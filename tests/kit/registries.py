@@ -45,7 +45,7 @@ def badge_of(name: str, payload: bytes | None = None, **request: object) -> Badg
     from moireid.designer import Order, design_badge
 
     payload = payload or payload_for_name(name, family="pitch")
-    return design_badge(Order(name, lens="50lpi", **request), payload)  # type: ignore[arg-type]
+    return design_badge(Order(name, **{"lens": "50lpi"} | request), payload)  # type: ignore[arg-type]
 
 
 def run(*words: object, code: int = 0) -> Result:

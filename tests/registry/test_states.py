@@ -61,10 +61,9 @@ def test_a_bundle_says_it_and_is_of_no_other_version(full, tmp_path):
         assert bundle.claimed("Ada").barred == claimed(full, "Ada").barred and bundle.claimed("Zo\u00eb").barred is None
         holder = bundle.holder_of(badge_of("Ada").id)
         assert holder and holder.barred and not BundlePeople(bundle).holds(badge_of("Ada").id)
-    for version, words in ((b"1", "an unreleased version made it"), (b"4", "install a newer moireid")):
-        later.write_bytes(whole.replace(b"bundle 3 ", b"bundle " + version + b" ", 1))
-        with pytest.raises(RegistryError, match=words):
-            Bundle(later)
+    later.write_bytes(whole.replace(b"bundle 3 ", b"bundle 4 ", 1))
+    with pytest.raises(RegistryError, match="install a newer moireid"):
+        Bundle(later)
 
 
 def test_the_commands_suspend_and_reinstate(path: Path) -> None:

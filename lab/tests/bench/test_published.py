@@ -20,13 +20,13 @@ def test_the_renderings_are_seven_distances_times_ten_courses():
     films = [one for row in rows for one in _planned(row, COURSES, 0)]
     assert len({one.name for one in films}) == len(films) == (2 * 7 + 4) * 10
     assert len({one.group for one in films}) == len(rows) and DISTANCES_M == (1.1, 1.2, 1.3, 1.4, 1.5, 1.6, 1.7)
-    assert {one.wish.seed for one in films} == set(range(1, 11))
+    assert {one.wish["seed"] for one in films} == set(range(1, 11))
 
 
 @pytest.mark.slow
 def test_the_command_films_scores_and_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     """Catches: films of one row counted in another, a second run that films again, figures of the other pipeline."""
-    rows = [replace(row, wish=replace(row.wish, frames=40)) for row in conditions(quick=True)][:2]
+    rows = [replace(row, wish=row.wish | {"frames": 40}) for row in conditions(quick=True)][:2]
     monkeypatch.setattr(published, "conditions", lambda quick: rows)
     command = ["bench", "published", "--clips", "1", "--workers", "1", "--keep", str(tmp_path / "out"), "--json"]
     ran = CliRunner().invoke(moireid, command)

@@ -39,7 +39,6 @@ REMOVED = {
     "film-set": "it is `moireid lab film-set`",
     "generator-kit": "it is `moireid lab generator-kit`",
     "config": "set MOIREID_REGISTRY, MOIREID_LENS, MOIREID_PAPER, MOIREID_ACTOR or MOIREID_PUBLIC_URL in your shell",
-    "lab generator-kit list": "add a line to films.csv for each clip that you keep",
     "worker": "run `dask worker` where moireid-studio[cluster] is installed, and serve --scheduler ADDRESS",
     "verdicts": "keep the reports that count: verify --report, or a report of the studio",
     "serve --keep-verdicts": "leave it out: keep the reports that count",

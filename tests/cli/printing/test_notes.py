@@ -9,7 +9,7 @@ import pytest
 from click.testing import CliRunner, Result
 from PIL import Image
 
-from moireid.cli.printing.print_cmd import print_command
+from moireid.cli.main import moireid
 
 
 @pytest.fixture
@@ -19,7 +19,7 @@ def registry(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
 
 
 def printed(*words: str, out: Path) -> Result:
-    outcome = CliRunner().invoke(print_command, [*words, "--out", str(out), "--mount", "none", "--json"])
+    outcome = CliRunner().invoke(moireid, ["print", *words, "--out", str(out), "--mount", "none", "--json"])
     assert outcome.exit_code == 0, outcome.stderr
     return outcome
 
@@ -49,13 +49,13 @@ def test_no_file_that_was_read_is_replaced_and_no_registry_made_in_vain(registry
     Image.new("RGB", (300, 100), "teal").save(out / "preview.png")
     logo = (out / "preview.png").read_bytes()
     words = ["Ada", "--format", "a7", "--logo", str(out / "preview.png"), "--out", str(out), "--overwrite"]
-    outcome = CliRunner().invoke(print_command, [*words, "--mount", "none"])
+    outcome = CliRunner().invoke(moireid, ["print", *words, "--mount", "none"])
     assert outcome.exit_code == 2 and "is a file that is read here" in outcome.stderr
     assert (out / "preview.png").read_bytes() == logo and sorted(out.iterdir()) == [out / "preview.png"]
     (tmp_path / "people.csv").write_text("name\nAda\n", encoding="utf-8")
     command = ["--people", str(tmp_path / "people.csv"), "--out", str(tmp_path / "event")]
-    assert CliRunner().invoke(print_command, command).exit_code == 0
-    again = CliRunner().invoke(print_command, [*command, "--registry", registry])
+    assert CliRunner().invoke(moireid, ["print", *command]).exit_code == 0
+    again = CliRunner().invoke(moireid, ["print", *command, "--registry", registry])
     assert again.exit_code == 2 and "exists already" in again.stderr and not (tmp_path / "people.sqlite3").exists()
 
 

@@ -12,6 +12,7 @@ import pytest
 
 from kit.places import FILMS
 from moireid.badge import Badge
+from moireid.question import KnownCamera
 from moireid.verifier import Question, Running, Verifier, verify
 from moireid.verifier.identity.decode import Identity
 from moireid.verifier.measuring import MAX_UNSEARCHED_S
@@ -162,17 +163,18 @@ def test_seconds_in_which_nobody_looked_leave_a_film_open(ada, longest_s, level)
 @pytest.mark.parametrize("sd", [0.15, 0.01])
 def test_a_focal_length_that_is_a_guess_is_not_kept(prototype, monkeypatch, sd):
     """Catches: the guess made while a badge is held still, taken as given from then on: no error bar, never anew."""
-    asked: list[float | None] = []
+    asked: list[KnownCamera | None] = []
     empty = judge_chapter(no_track(prototype, 240, (64, 64)), Question(prototype))
     camera = SimpleNamespace(focal_px=1500.0, tangent_sd=(sd, sd))
 
     def judged(track, claim):
-        asked.append(claim.focal_px)
+        asked.append(claim.camera)
         return replace(empty, measurement=SimpleNamespace(camera=camera))
 
     monkeypatch.setattr(stream, "judge_chapter", judged)
     live = Verifier(Question(prototype))
     for tracked in (60, 90, 130, 240, 240, 240):
         live._judged_now(replace(no_track(prototype, tracked, (64, 64)), times_s=np.arange(tracked) / 30))
-    kept = [None, 1500.0, None, 1500.0, 1500.0, 1500.0]
+    found = KnownCamera(1500.0)
+    kept = [None, found, None, found, found, found]
     assert asked == (kept if sd < 0.03 else [None] * 6)
