@@ -92,7 +92,7 @@ def signed_bundle(content: bytes) -> bytes:
     """A bundle with this content, whatever it is."""
     head = "1:" + "0" * 64
     # Its authority states a head that fits the content; where it has none, any.
-    with suppress(ValueError, TypeError, AttributeError, RecursionError):
+    with suppress(ValueError, TypeError, LookupError, AttributeError, RecursionError):
         if entries := base64.b64decode(json.loads(content)["entries"]):
             head = f"{len(entries) // 32}:{entries[-32:].hex()}"
     header = Header(

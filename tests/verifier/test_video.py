@@ -202,7 +202,8 @@ def test_places_read_are_those_of_the_film():
 @pytest.mark.parametrize("focal_px", [None, 1500.0])
 def test_a_film_read_reduced_is_told_in_its_own_pixels(films: Path, tmp_path, monkeypatch, focal_px):
     """Catches: a focal length or a place in pixels of the smaller picture, given or found; a silence about it."""
-    claim = Question(load_badge(films / "badge.json"), camera=KnownCamera(focal_px))
+    camera = None if focal_px is None else KnownCamera(focal_px)
+    claim = Question(load_badge(films / "badge.json"), camera=camera)
     film = first_frames(films / "genuine_1.0m.mp4", tmp_path / "short.mp4", 120)
     whole = verify(film, claim).to_json()
     monkeypatch.setattr(video, "MOST_PIXELS", 960 * 540)

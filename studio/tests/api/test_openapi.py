@@ -39,6 +39,9 @@ def ask_everything(visit: Visit, mode: str) -> None:
     ]
     assert len(operations) > 8
     for operation in operations:
+        # Where nothing but the token is sent, nothing else can be wrong.
+        if mode == "negative" and not (operation.body or operation.path_parameters or operation.query):
+            continue
         ask(operation, mode, {"Authorization": f"Bearer {visit.tokens['admin']}"})
 
 
