@@ -34,7 +34,7 @@ Line = Annotated[str, Meta(max_length=LONGEST, pattern=r"^[^\x00-\x1f\x7f-\x9f\u
 Moment = Annotated[str, Meta(pattern=r"^[0-9]{4}-[0-9]{2}-[0-9]{2}T[0-9]{2}:[0-9]{2}[0-9:.+Z]{0,20}\Z")]
 #: As in `sandbox.seal.MEANS`.
 SealPart = Literal["no_new_privileges", "calls", "files"]
-ADVICE = "take the receipt from the page of a one-time link, or let moireid watch write one of a live check"
+ADVICE = "take the receipt from the page of a one-time link"
 
 
 class FilmAsked(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
