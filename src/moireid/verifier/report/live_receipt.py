@@ -9,16 +9,12 @@ Convention: times are UTC, ISO 8601; digests are SHA-256, 64 hex digits.
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import msgspec
 from msgspec import Meta
 
-from moireid.errors import SpecError
-from moireid.files import open_regular
 from moireid.models import check_format, read_model
 from moireid.provenance import Standing
 from moireid.verifier.reasons import Verdict
@@ -114,12 +110,3 @@ def receipt_of(document: object, source: str = "a receipt") -> LiveReceipt:
 def attached(report: Mapping[str, Any], receipts: list[LiveReceipt]) -> dict[str, Any]:
     """A film's report, as `verify --json` prints it, with receipts of live checks."""
     return dict(report) | ({"live_checks": [one.to_json() for one in receipts]} if receipts else {})
-
-
-def film_asked(path: Path) -> FilmAsked:
-    """The film in a file.  Raises: SpecError where it cannot be read."""
-    try:
-        with open_regular(path) as stream:
-            return FilmAsked.of(path.name, hashlib.file_digest(stream, "sha256").hexdigest())
-    except OSError as error:
-        raise SpecError(f"film {path} cannot be read ({error.strerror}); give another file") from error
