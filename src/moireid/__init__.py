@@ -17,12 +17,12 @@ optics.py        the phase law in closed form            extras.py     the sente
 lenticule.py     ray tracing, and the law's table        sandbox/      work in a process without rights
 frames.py        the frame of a grating                  idcodes/      payload <-> line spacing
 dots.py          lines on a printer's dots               artwork/      what a badge's page looks like
-smooth_lines.py  lines that bend from cell to cell
+smooth_lines.py  lines that bend from cell to cell       ink_strip.py  a strip that shows how ink grows
 fiducials.py     four squares, or a thin coded frame     designer/     name, lens, printer, range -> Badge
 names.py         invisible letters; lines of namesakes   fabrication/  Badge -> PDF and mount
 asbuilt.py       figures of one built badge              simulate/     Badge -> film, true or forged
 provenance.py    where a claim comes from                verifier/     film -> report and verdict
-question.py      what a film is checked against
+question.py      what a film is checked against          scheduler.py  how a Dask scheduler is reached
 materials.py     the table of what a badge is built of
 result_cache.py  rows of figures kept in a file          reading/      films read in a sealed process
 json_schema.py   documents held against a JSON Schema

@@ -1,4 +1,4 @@
-"""From a badge, or a format alone, to its shopping list, for `moireid materials` and for the studio."""
+"""From a badge, or a format alone, to its shopping list, for `moireid materials`."""
 
 from __future__ import annotations
 

@@ -1,6 +1,5 @@
 """The two programs: they parse the options, call the library and show the result.
 
-start.py         where `moireid` starts
 streams.py       standard streams that are closed
 main.py          the group `moireid`, which other distributions add commands to, and `print-your-badge`
 common.py        exit codes, errors, JSON, progress

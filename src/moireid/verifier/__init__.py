@@ -7,8 +7,8 @@ tracking/      where the page is in each frame, and the brightness along its row
 camera/        where the camera was, from the page's corners alone
 fringes/       the phase of the fringes, measured and predicted
 explanations/  the law of optics and its rivals, each a small model of the same fringes
-decision/      which of them explains the film: the motion invariant
 identity/      whose badge is it, and is it the one that was enrolled?
+decision/      which of them explains the film: the motion invariant
 session/       a film or a live picture from its first frame to the verdict
 report/        the report for people
 

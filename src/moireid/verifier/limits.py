@@ -5,6 +5,7 @@ They are grouped by the question that they answer.  The comment before each says
 - *derived*: from optics, statistics or manufacturers' figures; the reason is given;
 - *ray-traced films*: films by an outside ray tracer; `moireid lab bench natural` and `outside` make
   such films anew, and `moireid lab bench priors` refits `OWN_MOTION`, `PARTS` and the calibration of the score;
+- films of `moireid lab bench reality` and `benchmarks/golden.py`: the project's own simulator made these, or many;
 - *set by hand*: by judgement alone.
 
 Each name ends with its unit: `_SHARE` and `_RATIO` are pure numbers, `_SDS` counts standard deviations, `_LOG10` is a

@@ -69,7 +69,6 @@ def show_verdict(
     """
     from moireid.verifier.report.finding_words import sorted_findings
     from moireid.verifier.report.headline import headline_of
-    from moireid.verifier.report.live_receipt import receipt_of
     from moireid.verifier.report.rival_table import odds_line
     from moireid.verifier.report.seconds import seconds_of
 
@@ -88,8 +87,6 @@ def show_verdict(
     if found.hold:
         codes = ", ".join(dict.fromkeys(finding["code"] for finding in found.hold))
         echo(f" holds: {codes}", lead=f"  {MARKS['pass']}", colour=COLOURS["pass"])
-    for one in document.get("live_checks", []):
-        echo(f"  · {receipt_of(one).words}")
 
 
 #: Headings of the help.

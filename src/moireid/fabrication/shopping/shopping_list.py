@@ -4,8 +4,8 @@ Of everything that is bought there is a spare share on top, as sheets are cut wr
 
 Source: pieces of lens sheet by `sight.sheet_pieces`, boards on a page by `event.places_mm`, plates and screws by the
 plan of the acrylic stack, products by the table of materials, hours and grams of printed mounts by a slicer:
-`mount_times.csv` is what `.venv/bin/python benchmarks/mounts.py --csv FILE` writes, for a common printer (nozzle
-0.4 mm, layers 0.2 mm, PLA, no supports).
+`mount_times.csv` has what `moireid lab bench mounts` prints, for a common printer (nozzle 0.4 mm, layers 0.2 mm, PLA,
+no supports).
 """
 
 from __future__ import annotations

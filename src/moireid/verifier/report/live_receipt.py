@@ -9,16 +9,12 @@ Convention: times are UTC, ISO 8601; digests are SHA-256, 64 hex digits.
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import msgspec
 from msgspec import Meta
 
-from moireid.errors import SpecError
-from moireid.files import open_regular
 from moireid.models import check_format, read_model
 from moireid.provenance import Standing
 from moireid.verifier.reasons import Verdict
@@ -34,7 +30,7 @@ Line = Annotated[str, Meta(max_length=LONGEST, pattern=r"^[^\x00-\x1f\x7f-\x9f\u
 Moment = Annotated[str, Meta(pattern=r"^[0-9]{4}-[0-9]{2}-[0-9]{2}T[0-9]{2}:[0-9]{2}[0-9:.+Z]{0,20}\Z")]
 #: As in `sandbox.seal.MEANS`.
 SealPart = Literal["no_new_privileges", "calls", "files"]
-ADVICE = "take the receipt from the page of a one-time link, or let moireid watch write one of a live check"
+ADVICE = "take the receipt from the page of a one-time link"
 
 
 class FilmAsked(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -114,12 +110,3 @@ def receipt_of(document: object, source: str = "a receipt") -> LiveReceipt:
 def attached(report: Mapping[str, Any], receipts: list[LiveReceipt]) -> dict[str, Any]:
     """A film's report, as `verify --json` prints it, with receipts of live checks."""
     return dict(report) | ({"live_checks": [one.to_json() for one in receipts]} if receipts else {})
-
-
-def film_asked(path: Path) -> FilmAsked:
-    """The film in a file.  Raises: SpecError where it cannot be read."""
-    try:
-        with open_regular(path) as stream:
-            return FilmAsked.of(path.name, hashlib.file_digest(stream, "sha256").hexdigest())
-    except OSError as error:
-        raise SpecError(f"film {path} cannot be read ({error.strerror}); give another file") from error
