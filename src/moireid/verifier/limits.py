@@ -5,7 +5,7 @@ They are grouped by the question that they answer.  The comment before each says
 - *derived*: from optics, statistics or manufacturers' figures; the reason is given;
 - *ray-traced films*: films by an outside ray tracer; `moireid lab bench natural` and `outside` make
   such films anew, and `moireid lab bench priors` refits `OWN_MOTION`, `PARTS` and the calibration of the score;
-- *films of* `bench reality`, `bench small-pages`, `benchmarks/golden.py` or this project: many are by our own simulator;
+- *films of* `bench reality`, `bench small-pages`, `benchmarks/golden.py` or this project: many are of our simulator;
 - *measured*, *calibrated*: on the films that the comment names;
 - *source*: what others published;
 - *set by hand*: by judgement alone.
