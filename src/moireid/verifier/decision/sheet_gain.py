@@ -151,7 +151,7 @@ def gain_reason(gain: float, gain_sd: float, sheet: SheetGain, possible: tuple[f
         level, limit = "fail", bound
         whose, other = "this badge" if sheet.built else "a badge of any build", "less" if gain < least else "more"
         text = f"{words}; {whose}, seen through any lens that the film allows, gives no {other} than "
-        text += f"{sheet.expected * bound:.2g}."
+        text += f"{sheet.expected * bound:.2g}, three error bars included."
     elif vague:
         limit += beyond
         text = "How far the fringes move is too uncertain to decide. Give the camera's focal length, or film with more "
