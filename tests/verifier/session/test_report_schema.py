@@ -35,7 +35,7 @@ def reports(tmp_path_factory) -> dict[str, dict[str, Any]]:
         "reject": verify(reversed_, Question(board)).to_json(),
         "unreadable": verify(genuine, Question(board, "00" * 8, camera=KnownCamera(1450.0))).to_json(),
         "revoked": verify(
-            genuine, Question(board), barred=Exclusion("revoked", "2026-05-03T08:00:00Z", "lost")
+            genuine, Question(board, barred=Exclusion("revoked", "2026-05-03T08:00:00Z", "lost"))
         ).to_json(),
         "no face": verify(reversed_, Question(board, overlap=True)).to_json(),
         "no badge": verify(nothing, Question(board, "00" * 8)).to_json(),
