@@ -138,7 +138,7 @@ def row_of(task: Task, kind: str, signals: tuple[GratingSignal, ...], claim: Que
         "verdict": found.verdict,
         "score": found.score if found.explanations else None,
         "gain": found.gain_ratio,
-        "residual_rad": law.get("residual_rad"),
+        "residual_rad": law.get("deviation_rad"),
         **{
             name: figures.get(name)
             for name in ("excitation_rad", "expected_error_rad", "strip_wander_rad", "strip_sd_rad", "place_wander_rad")

@@ -71,7 +71,7 @@ PRODUCTS = {row.label: _lens_sold(row) for row in materials() if row.label is no
 SAME_PITCH_SHARE = 0.04
 #: Between sheet and page: at most this much of air, or of clear adhesive (films of 25 to 200 um; index of acrylates).
 MOST_GAP_MM = 0.2
-#: Radii of one sheet that are thought possible, as multiples of the one that focuses: sellers do not list them.
+#: Radii of one sheet, as multiples of the one that focuses.  Set by hand: sellers do not list them.
 RADIUS_RATIOS = (1.0, 1.06, 1.12)
 #: The slope of the law near the axis is taken over this view tangent, as `lenticule.ViewLaw.effective_gap_mm` does.
 NEAR = 0.05

@@ -149,7 +149,7 @@ def test_genuine_films_are_accepted_and_their_poses_true(films, prototype, name,
     hold_contract(strict(json.dumps(report.to_json(), allow_nan=False)))
 
 
-@pytest.mark.claim("Fringes that drift or run backwards are rejected, and the reason names them")
+@pytest.mark.claim("Fringes that drift or run backwards are rejected, and those rivals fit far better than the law")
 @pytest.mark.parametrize(
     ("name", "must_fail", "rival", "gain"),
     [

@@ -24,7 +24,7 @@ LAW_ROW = {"name": "law", "log10_odds": 0.0, "share": None, "fits": False, "para
 def rival(name: str, log10_odds: float | None, **parameters: float) -> dict[str, Any]:
     """One explanation of a report's table, which leaves little of the film if nothing else is said."""
     fits = log10_odds is not None and log10_odds < -1
-    parameters = {"deviation_rad": 0.01, "limit_rad": 0.1} | parameters
+    parameters = {"deviation_rad": 0.01, "explains_below_rad": 0.1} | parameters
     return {"name": name, "log10_odds": log10_odds, "share": None, "fits": fits, "parameters": parameters}
 
 

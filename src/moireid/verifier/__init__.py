@@ -7,8 +7,8 @@ tracking/      where the page is in each frame, and the brightness along its row
 camera/        where the camera was, from the page's corners alone
 fringes/       the phase of the fringes, measured and predicted
 explanations/  the law of optics and its rivals, each a small model of the same fringes
-identity/      whose badge is it, and is it the one that was enrolled?
-decision/      which of them explains the film: the motion invariant
+identity/      whose badge is it, do its code's rows move along, and is it the one that was enrolled?
+decision/      which explanation holds: the motion invariant
 session/       a film or a live picture from its first frame to the verdict
 report/        the report for people
 
@@ -17,8 +17,8 @@ video.py      a film's grey frames with their times
 tracks.py     the video tracks of a file, and what players may show instead
 damage.py     which frames are damaged
 picture.py    one frame, turned into counts where it is read
-limits.py     every constant of the decision, with its source
-measuring.py  constants of measuring, with their sources
+limits.py     constants of the motion test, with their sources
+measuring.py  constants of measuring, identity and enrolment, with their sources
 reasons.py    findings with value, limit and unit
 timeline.py   rising frame times, and time intervals
 signal_table.py  the signals of a film as named columns

@@ -1,15 +1,18 @@
-"""Every constant of the decision: limits, priors, floors and tolerances of explanations.
+"""Constants of the motion test: limits, priors, floors and tolerances of explanations.
 
 They are grouped by the question that they answer.  The comment before each says where it comes from:
 
 - *derived*: from optics, statistics or manufacturers' figures; the reason is given;
 - *ray-traced films*: films by an outside ray tracer; `moireid lab bench natural` and `outside` make
   such films anew, and `moireid lab bench priors` refits `OWN_MOTION`, `PARTS` and the calibration of the score;
-- films of `moireid lab bench reality` and `benchmarks/golden.py`: the project's own simulator made these, or many;
+- *films of* `bench reality`, `bench small-pages`, `benchmarks/golden.py` or this project: many are of our simulator;
+- *measured*, *calibrated*: on the films that the comment names;
+- *source*: what others published;
 - *set by hand*: by judgement alone.
 
 Each name ends with its unit: `_SHARE` and `_RATIO` are pure numbers, `_SDS` counts standard deviations, `_LOG10` is a
-decadic logarithm.  Constants of measuring are in `measuring.py`: no explanation is compared with them.
+decadic logarithm.  Those of measuring, identity and enrolment are in `measuring.py`, gains of sheets in
+`moireid.sheets`, and figures of one method in its file.
 """
 
 from __future__ import annotations
@@ -111,7 +114,7 @@ MAX_ERROR_SHARE = 0.1
 POSSIBLE_RESIDUAL_RATIO = 2.0
 #: What changes faster is noise of single frames.  Derived: the shortest delay that differs from the law takes 0.2 s.
 LASTING_S = 0.2
-#: Spacing of the fringes against distance (`spacing`): a film whose gain differs from a badge's by more
+#: Spacing of the fringes against distance (`fringe_spacing`): a film whose gain differs from a badge's by more
 #: than the first is inconclusive.  Derived: half of the way to a table of photographs, whose gain is 0.  Error bars
 #: beyond the second: 99.7 % of a normal distribution.
 MAX_SPACING_ERROR_RATIO, PHOTOGRAPH_SDS = 0.5, 3.0
@@ -135,7 +138,7 @@ MAX_CROSS_FADE_SHARE = 0.2
 #: By how much a badge's own waveform may change with the place in that form.  Those true films show 2 %.
 UNEVEN_SHARE = 0.02
 
-# --- Rivals that contain the law: how large are deviations? ----------------------------------------------------------
+# --- The law plus another motion: how large are deviations? ----------------------------------------------------------
 
 #: Forged deviations: every octave between these shares of the motion is equally likely.  Set by hand.
 FORGED_MIN_SHARE, FORGED_MAX_SHARE = 0.1, 3.0
@@ -174,10 +177,11 @@ class GenuineStatistics:
 
 
 #: Means and standard deviations of honest films.  `moireid lab bench priors` prints -1.09 and 0.37 for the motion of
-#: its own on natural films; 188 films of `bench reality` give -0.5 and 0.35, and these are used.  89 true gratings of
-#: `benchmarks/golden.py`: -1.66 and 0.43, of rows -1.38 and 0.38, of places -1.19 and 0.44; theirs are set by hand, so
-#: that none of these is more than 0.2 standard deviations above the mean, as sheets and cameras vary more than in one
-#: collection.  Strips share the pose, so its error does not enter their figures, nor those of places.  In faint print,
+#: its own on natural films, 188 films of `bench reality` -0.5 and 0.35; set by hand near the latter, with wider tails.
+#: 89 gratings of accepted films of `benchmarks/golden.py`: -1.66 and 0.43, of rows -1.38 and 0.38, of places -1.19 and
+#: 0.44.  Rows and places are set by hand above that, as sheets and cameras vary more than in one collection: the worst
+#: of the 89 is 0.2 standard deviations above the mean.  Strips share the pose, so its error does not enter their
+#: figures, nor those of places.  In faint print,
 #: strips deviate by half of their error bars and more on ray-traced films, and so does a twelfth of a strip over half a
 #: second.  Errors that a codec repeats are not averaged: places have all of them, and strips, of a few coding blocks
 #: each, half.  Rows of the code: 105 honest films of `benchmarks/golden.py`.
@@ -189,11 +193,11 @@ PARTS: dict[str, GenuineStatistics] = {
     "code_second": GenuineStatistics(0.0, 0.200, -1.39, 0.48, motion_share=0.06),
 }
 #: What the law leaves, and a part's deviation, may be up to the first, and proves a forgery from the second on.
-#: Derived: of a normal distribution, one honest film in 1,000 shows one of the parts' four figures beyond the first,
-#: and one in 100,000 beyond the second.
+#: Derived: four figures of parts (`PARTS`) are tested; if normal, one honest film in 1,000 has one of them beyond the
+#: first, and one in 100,000 beyond the second.
 USUAL_SDS, PROOF_SDS = 3.48, 4.56
 
-# --- Are the figures those of the badge that was enrolled? -----------------------------------------------------------
+# --- How many independent samples are in a film? ---------------------------------------------------------------------
 
 #: Independent samples per second of a hand-held film.  89 true gratings of `benchmarks/golden.py`: what the law leaves
 #: of them holds 4.8 to 30, by its autocorrelation; less than half of the least, as it takes up the slowest errors of
@@ -219,7 +223,7 @@ MAX_SHAPE_SHARE, MAX_ZOOM_DRIFT_SHARE, MAX_AXIS_DRIFT_RAD = 0.03, 0.02, 0.015
 UNMODELLED_RAD = 0.006
 #: A residual holds at least so many independent samples.  Set by hand: a shorter film is not judged.
 LEAST_SAMPLES = 4.0
-#: Priors of rivals: ratio to the best-fitting one, and the time over which a motion of its own is smooth.
+#: Priors of rivals: ratio to the best-fitting one, and the time over which a motion of its own is smooth.  Set by hand.
 FORGED_GAINS, OWN_MOTION_S = (-2.0, 3.0), (0.5, 3.0)
 #: Delays that are fitted, s: an honest codec's lag ends at `MAX_LAG_S`, and a generator that lags by more than 2 s
 #: shows another motion.
@@ -247,7 +251,7 @@ CALIBRATION_SLOPE, CALIBRATION_OFFSET_LOG10, CALIBRATION_CAP_LOG10 = 0.28, -2.35
 #: A forgery gets this share of the film's own residual, in blocks of so many seconds, and looks like the film if its
 #: residual is at most so many times as large.  Set by hand: a forger's film has less error than one that was filmed.
 RESAMPLED_SHARE, RESAMPLED_S, ALIKE_RATIO = 0.7, 0.5, 1.15
-#: Windows in which the fringes may leave the law, s, and the law's motion in a window, rad.
+#: Windows in which the fringes may leave the law, s, and the law's least motion in a window, rad.  Set by hand.
 SPELLS_S, MIN_SPELL_MOTION_RAD = (0.3, 0.5, 0.8, 1.5, 3.0), 0.2
 #: The gain of the fringes there, and by how many powers of ten less likely that is beforehand.  Set by hand: a poor
 #: pose looks like half or twice the motion far more often than like none.

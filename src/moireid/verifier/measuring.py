@@ -1,4 +1,5 @@
-"""Constants of measuring: which frames belong together, how large errors are, and which symbol a cell is.
+"""Constants of measuring, identity, enrolment and face: which frames belong together, how large errors are, which
+symbol a cell is, and whether figures are those of the enrolled badge.
 
 They are grouped by the question that they answer.  The comment before each says where it comes from, in the words of
 `limits.py`.
@@ -152,8 +153,9 @@ MAX_UNSEARCHED_S = 2.0
 
 #: A mount holds the sheet within 0.3 degrees of the lines; derived: the first figure is a little more.  A sheet that
 #: is placed by eye may be off by as much as the second.  Set by hand: there a row of 9 mm, read without its margins,
-#: loses a quarter of its fringes' contrast.  At a twist beyond the first the rows must agree better by the third.
-#: Set by hand: five times what offsets wrong by 0.2 rad take away.
+#: loses a quarter of its fringes' contrast.  A twist
+#: beyond the first comes before smaller ones only where its rows agree better by the third.  Set by hand: five times
+#: what offsets wrong by 0.2 rad take away.
 USUAL_TWIST_RAD, MAX_TWIST_RAD, UNUSUAL_TWIST_LESS = math.radians(0.35), math.radians(1.6), 0.1
 #: Rows whose mean is less than this share of their size agree at no twist.  Derived: errors of 0.84 rad, and beyond
 #: 0.79 rad a cell is taken for its neighbour.

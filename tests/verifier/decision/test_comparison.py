@@ -59,9 +59,9 @@ def test_a_true_film_s_table_holds_each_rival_and_none_remains():
     found = compare(true_film(), DESIGNED)
     assert [one.name for one in found.rivals] == ROWS
     assert found.moved and found.fits and found.possible
-    assert not any(one.fits or one.better for one in found.rivals)
+    assert not any(one.fits or one.better_than_law for one in found.rivals)
     assert set(found.nuisances_rad or {}) == {"lag", "bend", "zoom", "axis", "axis_turn"}
-    assert 0.004 < found.residual_rad < 0.01
+    assert 0.004 < found.deviation_rad < 0.01
 
 
 def test_the_limit_of_what_is_possible_grows_with_the_doubt_of_small_markers():
@@ -91,7 +91,7 @@ def test_a_lie_of_a_second_is_a_row_with_its_time_and_gain():
     lie = LAW + lasting_noise()
     lie[150:166] += LAW[150] - LAW[150:166]
     (spell,) = [one for one in compare(fringe_signal(LAW, lie), DESIGNED).rivals if one.name == "spell"]
-    assert spell.better and spell.fits and spell.parameters["gain"] == 0.0
+    assert spell.better_than_law and spell.fits and spell.parameters["gain"] == 0.0
     assert spell.parameters["start_s"] < 5.2 < 5.3 < spell.parameters["end_s"] + 0.1
 
 
@@ -157,7 +157,7 @@ def test_a_drift_that_fits_each_chapter_as_well_as_the_law_remains_over_all_of_t
 def test_the_law_s_row_is_of_the_grating_that_holds_most_and_fits_where_all_do():
     """Catches: one grating that speaks for another that leaves the law."""
     good, bad = grating(information=9.0, residual=0.5), grating(residual=1.5)
-    assert law_row([bad, good]).parameters["residual_rad"] == 0.5
+    assert law_row([bad, good]).parameters["deviation_rad"] == 0.5
     assert law_row([good]).fits and not law_row([good, bad]).fits
     assert law_row([good, replace(bad, moved=False)]).fits
     assert not law_row([replace(good, moved=False)]).fits

@@ -30,6 +30,7 @@ from moireid.verifier.limits import (
     MAX_LASTING_PX,
     MAX_RIVAL_LOG10,
     MIN_EXCITATION_RAD,
+    PROOF_SDS,
 )
 
 EXCITATION = 1.2
@@ -162,7 +163,7 @@ def test_a_gain_that_some_build_has_is_a_question_and_no_acceptance(gain):
     assert outcome.verdict == "inconclusive" and outcome.correlation > 0.99 and not outcome.law_fits
     assert failed(outcome) == ["gain"] and outcome.gain_ratio == pytest.approx(gain, abs=1e-6)
     (row,) = [one for one in outcome.explanations if one.name == "another_gain"]
-    assert row.parameters["gain"] == pytest.approx(gain, abs=0.02) and row.better
+    assert row.parameters["gain"] == pytest.approx(gain, abs=0.02) and row.better_than_law
     known = judge([film], BUILT)
     assert known.verdict == ("reject" if not 0.8 < gain < 1.3 else "inconclusive") and levels(known)["gain"] == "fail"
 
@@ -264,7 +265,11 @@ def test_a_short_lie_is_not_averaged_away(seconds):
     assert true.verdict == "accept"
     assert forged.verdict != "accept" and "spell" in named(forged)
     (row,) = [one for one in forged.explanations if one.name == "spell"]
-    assert row.better and row.parameters["start_s"] < times[start + held] and row.parameters["end_s"] > times[start]
+    assert (
+        row.better_than_law
+        and row.parameters["start_s"] < times[start + held]
+        and row.parameters["end_s"] > times[start]
+    )
     text = next(reason.text for reason in forged.reasons if reason.code == "spell")
     assert f"from {row.parameters['start_s']:.1f} to {row.parameters['end_s']:.1f} s" in text
 
@@ -277,7 +282,7 @@ def test_a_film_that_differs_from_the_law_says_by_how_much_and_when_most():
     assert outcome.verdict == "reject" and named(outcome) == ["own_motion"]
     found = next(one.parameters for one in outcome.explanations if one.name == "own_motion")
     assert found["motion_share"] == pytest.approx(
-        outcome.explanations[0].parameters["residual_rad"] / law.std(), rel=0.01
+        outcome.explanations[0].parameters["deviation_rad"] / law.std(), rel=0.01
     )
     assert found["end_s"] - found["start_s"] == pytest.approx(1.0, abs=0.04)
     size = np.convolve(other**2, np.ones(30), "same")
@@ -445,11 +450,11 @@ def test_reasons_carry_figure_limit_and_unit():
     """Catches: a limit that is not the one applied; a text without its figure."""
     reasons = {reason.code: reason for reason in judge([fringe_signal(LAW, -0.5 * LAW)]).reasons}
     gain, motion, residual = reasons["gain"], reasons["motion"], reasons["residual"]
-    assert gain.measured == pytest.approx(-0.5) and gain.limit == pytest.approx(1 - LEAST_BUILT_GAIN)
-    assert gain.unit == "ratio" and "-0.500" in gain.text and "gives 0.2 or more" in gain.text
+    assert gain.measured == pytest.approx(-0.5) and gain.limit == pytest.approx(LEAST_BUILT_GAIN)
+    assert gain.unit == "ratio" and "-0.500" in gain.text and "gives no less than 0.2" in gain.text
     assert motion.limit == pytest.approx(MIN_EXCITATION_RAD) and motion.unit == "rad"
     error = math.hypot(PHASE_SD, POSE_SD)
-    assert residual.limit == pytest.approx(residual_limit_rad(EXCITATION, error)) and residual.unit == "rad"
+    assert residual.limit == pytest.approx(residual_limit_rad(EXCITATION, error, PROOF_SDS)) and residual.unit == "rad"
     assert residual.measured == pytest.approx((0.5 + LEAST_BUILT_GAIN) * EXCITATION, rel=0.2)
     other = reasons["another_gain"]
     assert other.measured < -3 * MAX_RIVAL_LOG10 and other.limit == -MAX_RIVAL_LOG10 and other.unit == "log10"
@@ -537,7 +542,7 @@ def test_what_goes_with_the_camera_s_place_is_no_wander():
     bent = judge([replace(film, measured_rad=LAW + 0.03 * aside)])
     assert bent.verdict == "accept" and bent.phase_residual_rad == pytest.approx(0.03, rel=0.02)
     law_row = bent.explanations[0].parameters
-    assert abs(law_row["across_rad"]) == pytest.approx(0.03, rel=0.1) and law_row["residual_rad"] < 0.01
+    assert abs(law_row["across_rad"]) == pytest.approx(0.03, rel=0.1) and law_row["deviation_rad"] < 0.01
     wander = judge([replace(film, measured_rad=LAW + lasting_noise(FRAMES, 0.15, lasting=0.9))])
     assert wander.verdict == "reject" and named(wander) == ["own_motion"]
 

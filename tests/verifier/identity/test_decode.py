@@ -325,5 +325,6 @@ def test_cells_move_as_far_as_their_rows_and_no_further(whole, typical, sd, leve
     (reason,) = _cells_move(CellMotion(whole, typical, sd), "0123456789abcdef")
     assert reason.level == level
     assert reason.measured == (typical if 0.6 <= whole <= 1.25 else whole)
+    assert reason.limit == {0.3: 0.4, 0.5: 0.6, 1.5: 1.25}.get(whole, 1 - max(0.06, 3 * sd))
     assert ("stay still" in reason.text) == (level == "fail") and ("together" in reason.text) == (level == "pass")
     assert _cells_move(CellMotion(whole, typical, sd), None) == _cells_move(None, "0123456789abcdef") == ()

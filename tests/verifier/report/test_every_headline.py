@@ -79,14 +79,14 @@ def mean(**figures: float) -> Figures:
 
 
 def compared(**more: Any) -> GratingComparison:
-    given: dict[str, Any] = {"residual_rad": 0.0, "limit_rad": 1.0, "possible_rad": 2.0} | more
+    given: dict[str, Any] = {"deviation_rad": 0.0, "limit_rad": 1.0, "possible_rad": 2.0} | more
     return GratingComparison(given.pop("figures", mean()), True, **given)
 
 
 def troubled(**of_signal: Any) -> Sequence[Reason]:
     """A film that leaves the law, with the honest cause that its signal shows."""
     small = "doubt" in of_signal
-    bad = compared(residual_rad=1.5, doubted=not small, figures=mean(expected_error_rad=0.3 * small))
+    bad = compared(deviation_rad=1.5, doubted=not small, figures=mean(expected_error_rad=0.3 * small))
     open_ = Reason("residual", "undecided", 1.5, 1.0, "rad", "It leaves the law.")
     return [open_, *doubts_of([(signal(**of_signal), bad)], page_off=False, steep_share=0.0).findings]
 
@@ -184,7 +184,7 @@ def evidence(badge: Badge, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> I
     yield judge([replace(signal(0.4 * LAW), lens_room=(0.2, 1.0))]).reasons
     yield [page_scale.mirrored_finding(0.97)]
     yield judge([signal(-LAW, steep=np.ones(FRAMES, bool))]).reasons
-    yield [findings.residual([compared(residual_rad=1.5)], prove=True)]
+    yield [findings.residual([compared(deviation_rad=1.5)], prove=True)]
     yield [parts(parts_of([mean()], RowsApart(1.0, 1.0, 0.0)))]
     yield troubled(lasting_px=99.0)
     yield troubled(mixed_share=0.9)

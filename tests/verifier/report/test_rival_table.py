@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from moireid.verifier.decision.comparison import CONTAINING, Explanation, cause_of
+from moireid.verifier.decision.comparison import LAW_PLUS, Explanation, cause_of
 from moireid.verifier.explanations.honest import PhaseSeries
 from moireid.verifier.explanations.rivals import RIVALS, Rival
 from moireid.verifier.explanations.words import WORDS
@@ -33,7 +33,7 @@ def document(*rivals: dict[str, Any], calibrated: float | None = 1.2) -> dict[st
 
 def test_each_rival_that_is_compared_has_words() -> None:
     """Catches: a rival that is added and shown by its code, or one that is gone and keeps its words."""
-    assert set(WORDS) == {"law", *(rival.name for rival in RIVALS), *CONTAINING}
+    assert set(WORDS) == {"law", *(rival.name for rival in RIVALS), *LAW_PLUS}
     assert len({words.does for words in WORDS.values()}) == len(WORDS)
     assert {name for name, words in WORDS.items() if not words.remedy} == {"law"}
 
@@ -68,7 +68,7 @@ def test_calibrated_odds_are_in_words_and_no_probability(calibrated: float, word
 
 def test_what_is_named_is_the_best_by_far_and_explains_the_film() -> None:
     """Catches: a delay named where a constant speed does as well; a cause that leaves most of the film unexplained."""
-    fits = {"deviation_rad": 0.01, "limit_rad": 0.1}
+    fits = {"deviation_rad": 0.01, "explains_below_rad": 0.1}
 
     def named(*entries: dict[str, Any]) -> str | None:
         cause = cause_of(rivals_in(document(*entries)))
@@ -77,7 +77,7 @@ def test_what_is_named_is_the_best_by_far_and_explains_the_film() -> None:
     drift, own = entry("drift", -5.4, **fits), entry("own_motion", -27.0)
     assert named(entry("still", -1.0), drift, entry("late", -4.3, **fits), own) == "drift"
     assert named(drift, entry("late", -5.6, **fits), own) == "own_motion"
-    assert named(entry("drift", -5.4, deviation_rad=0.2, limit_rad=0.1), own) == "own_motion"
+    assert named(entry("drift", -5.4, deviation_rad=0.2, explains_below_rad=0.1), own) == "own_motion"
     assert named(entry("drift", 4.0, **fits), own) == "own_motion"
     assert named(entry("drift", -0.9, **fits), entry("late", 3.0)) is None
 

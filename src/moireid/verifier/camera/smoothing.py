@@ -3,8 +3,8 @@
 If a badge is seen from the front by a camera that shifts but does not rotate, its focal length is poorly determined.
 The longer the focal length, the more freely the tilt of each frame can fit noise.  So the least misfit over free tilts
 is at a far too long focal length: lower by 30 units of chi-square at three times the true one, in films by an outside
-simulator.  A hand cannot jump from tilt to tilt.  On a smooth path (`steady_errors_px`) the misfit of such a film is
-flat, and that of other films is as sharp as before.
+simulator.  A hand cannot jump from tilt to tilt.  On a smooth path (`steady_errors_px`) the misfit of such a film
+hardly depends on the focal length, which its prior then decides; that of other films depends on it as before.
 
 Convention: as `fit` and `plane_pose`; the direction is that of the tangents Cx/Cz and Cy/Cz in the plane's frame.
 Source: Gauss-Newton over rotation and distance for a given direction.

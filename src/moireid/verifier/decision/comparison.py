@@ -1,8 +1,8 @@
 """The table of explanations of one grating: the law with what an honest film adds, and each rival's odds and share.
 
 1. Fit the law with bounded nuisances (`explanations.honest`).
-2. Odds of the law over each rival, by the residuals that both leave (`explanations.rivals`).  Rivals that contain the
-   law always fit at least as well; they enter with a penalty for their freedom (`explanations.residuals`).
+2. Odds of the law over each rival, by the residuals that both leave (`explanations.rivals`).  Those that are the
+   law plus something pay for their freedom (`residuals.own_motion_odds`, `rivals.worst_spell`).
 3. How often would a rival that knows nothing of the law look as law-like as this film does? (`explanations.rivals`,
    `explanations.strength`)
 
@@ -38,8 +38,9 @@ from moireid.verifier.reasons import json_number
 Array = NDArray[np.float64]
 #: The honest explanation's name in the table.
 LAW = "law"
-#: Rivals that contain the law, or are it but for a while: they lower a score where they fit better, and never raise it.
-CONTAINING = ("own_motion", "spell")
+#: The law plus another motion, and the law but for a while: they lower a score where they fit better, and never raise
+#: it.
+LAW_PLUS = ("own_motion", "spell")
 #: Time in which a film leaves the law most, s: as the worst second of the code's rows.
 WORST_S = 1.0
 
@@ -48,7 +49,7 @@ WORST_S = 1.0
 class Explanation:
     """One row of the table.
 
-    name: of the explanation; log10_odds: of the law over it, None where its share alone counts, 0 for the law itself;
+    name: of the explanation; log10_odds: of the law over it, 0 for the law itself;
     parameters: that fit best; share: how often it would look as law-like as this film, None where that is not asked;
     fits: whether it remains as an explanation of this film; share_at_most: the share's upper bound; as_good: whether a
     drift explains each part of the film as well as the law does.
@@ -63,14 +64,14 @@ class Explanation:
     as_good: bool = False
 
     @property
-    def better(self) -> bool:
+    def better_than_law(self) -> bool:
         """Whether it fits the film better than the law does, by more than chance."""
         return self.log10_odds is not None and self.log10_odds < -limits.MAX_RIVAL_LOG10
 
     @property
     def close(self) -> bool:
         """Whether it leaves no more of the film than the law may leave of one that could be honest."""
-        left, limit = (self.parameters.get(name) for name in ("deviation_rad", "limit_rad"))
+        left, limit = (self.parameters.get(name) for name in ("deviation_rad", "explains_below_rad"))
         return left is not None and limit is not None and left <= limit
 
     def ahead_of(self, others: Sequence[Explanation]) -> bool:
@@ -90,7 +91,7 @@ class Explanation:
 class GratingComparison:
     """One grating's figures, what the law leaves, and its table of rivals.
 
-    residual_rad: by how much the film leaves the law and its nuisances (`residuals.deviation_rad`); limit_rad,
+    deviation_rad: by how much the film leaves the law and its nuisances (`residuals.deviation_rad`); limit_rad,
     possible_rad: what an honest film may leave to be accepted, and what it can leave at all; doubted: whether the
     camera may have changed within the film; reach: gains that an honest badge may then have; usual: whether the gain is
     one of a build of usual parts before the camera that was solved, without which the film is not accepted;
@@ -100,7 +101,7 @@ class GratingComparison:
 
     figures: Figures
     moved: bool
-    residual_rad: float = 0.0
+    deviation_rad: float = 0.0
     limit_rad: float = math.inf
     possible_rad: float = math.inf
     doubted: bool = False
@@ -113,25 +114,25 @@ class GratingComparison:
     @property
     def fits(self) -> bool:
         """Whether the law explains the grating in absolute terms."""
-        return self.residual_rad <= self.limit_rad
+        return self.deviation_rad <= self.limit_rad
 
     @property
     def possible(self) -> bool:
         """Whether the law could explain it with errors as large as honest films ever have."""
-        return self.residual_rad <= self.possible_rad
+        return self.deviation_rad <= self.possible_rad
 
     @property
     def score(self) -> float:
         """Decadic logarithm of the odds of the law over the evenly weighted rivals.
 
-        Rivals that contain the law count only where they fit better by more than chance.
+        Rivals that are the law plus something count only where they fit better by more than chance.
         """
         known = {rival.name: rival.log10_odds for rival in self.rivals if rival.log10_odds is not None}
-        apart = [odds for name, odds in known.items() if name not in CONTAINING]
+        apart = [odds for name, odds in known.items() if name not in LAW_PLUS]
         if not apart:
             return 0.0
         weighed = [odds + math.log10(len(apart)) for odds in apart]
-        weighed += [odds for name, odds in known.items() if name in CONTAINING and odds < -limits.MAX_RIVAL_LOG10]
+        weighed += [odds for name, odds in known.items() if name in LAW_PLUS and odds < -limits.MAX_RIVAL_LOG10]
         least = min(weighed)
         return least - math.log10(sum(10 ** (least - odds) for odds in weighed))
 
@@ -217,7 +218,7 @@ def compare(
         at["deviation_rad"] = deviation_rad(rest, series.step_s)
         rows.append(_row("spell", spell.log10_odds, at))
     # A film that could be honest leaves up to this; a rival that leaves more does not explain it.
-    bound = {"limit_rad": limits.POSSIBLE_RESIDUAL_RATIO * limit}
+    bound = {"explains_below_rad": limits.POSSIBLE_RESIDUAL_RATIO * limit}
     rows = [
         replace(row, parameters=row.parameters | bound) if "deviation_rad" in row.parameters else row for row in rows
     ]
@@ -253,8 +254,8 @@ def cause_of(table: Sequence[Explanation]) -> Explanation | None:
 
     Convention: table: of a film, without the law's own row.
     """
-    whole = [one for one in table if one.name not in CONTAINING]
-    better = [one for one in table if one.better]
+    whole = [one for one in table if one.name not in LAW_PLUS]
+    better = [one for one in table if one.better_than_law]
     close = [one for one in better if one.close]
     measured = [one for one in close if one.name in ("still", "another_gain")]
     clear = [one for one in close if one.name == "spell" or (one in whole and one.ahead_of(whole))]
@@ -283,7 +284,7 @@ def merge_chapters(parts: Sequence[GratingComparison], figures: Figures) -> Grat
     rows = _merged(moved, total, moved[0].allowed_share)
     residual, limit, possible = (
         math.sqrt(sum(getattr(part, name) ** 2 for part in moved) / len(moved))
-        for name in ("residual_rad", "limit_rad", "possible_rad")
+        for name in ("deviation_rad", "limit_rad", "possible_rad")
     )
     doubted = any(part.doubted for part in moved)
     reach = min(part.reach[0] for part in moved), max(part.reach[1] for part in moved)
@@ -359,7 +360,7 @@ def film_table(gratings: list[GratingComparison]) -> tuple[Explanation, ...]:
 def law_row(gratings: list[GratingComparison]) -> Explanation:
     """The law's own row of the table, of the most informative grating."""
     most = max(gratings, key=lambda one: one.figures.information)
-    parameters = {"gain": most.figures.gain_ratio, "residual_rad": most.residual_rad} | {
+    parameters = {"gain": most.figures.gain_ratio, "deviation_rad": most.deviation_rad} | {
         f"{name}_rad": value for name, value in (most.nuisances_rad or {}).items()
     }
     moved = [one for one in gratings if one.moved]

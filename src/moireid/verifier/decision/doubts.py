@@ -1,4 +1,4 @@
-"""What may make the film of a true badge look forged, found before anything is tested.
+"""What may make the film of a true badge look forged, weighed before gain, law and parts are tested.
 
 A doubt widens what a true badge's film may show; it lets nothing pass, as forgers can make it, too.
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from moireid.verifier import limits
 from moireid.verifier.decision.comparison import (
-    CONTAINING,
+    LAW_PLUS,
     Explanation,
     GratingComparison,
     cause_of,
@@ -129,16 +129,18 @@ def residual(compared: Sequence[GratingComparison], *, prove: bool) -> Reason:
     Parameters: prove: whether a forgery may be proven (`Doubts`); else a true badge's film may leave the law so far.
     """
     moved = [one for one in compared if one.moved]
-    worst = max(moved, key=lambda one: one.residual_rad / one.limit_rad)
+    worst = max(moved, key=lambda one: one.deviation_rad / one.limit_rad)
     rested = [_at_rest(one, moved, prove=prove) for one in compared if not one.moved and one.figures.information > 0]
     level: Level = "pass" if worst.fits else "undecided"
-    text = "The law of optics explains the fringes, but for errors that every film has."
+    more = "" if all(one.usual for one in moved) else "their gain and "
+    text = f"The law of optics explains the fringes, but for {more}errors that every film has."
     if not worst.fits:
         text = "The fringes leave the law, and it is not clear whether errors of the film explain that. "
         text += "Film again from nearer, or with more motion."
     if prove and not worst.possible:
         level, text = "fail", "The fringes leave the law, further than any error of a film explains."
-    found = Reason("residual", level, worst.residual_rad, worst.limit_rad, "rad", text)
+    limit = worst.possible_rad if level == "fail" else worst.limit_rad
+    found = Reason("residual", level, worst.deviation_rad, limit, "rad", text)
     order: dict[Level, int] = {"note": 0, "pass": 0, "undecided": 1, "fail": 2}
     return max([found, *rested], key=lambda reason: order[reason.level])
 
@@ -165,7 +167,9 @@ def _at_rest(grating: GratingComparison, moved: Sequence[GratingComparison], *, 
     text = "Fringes that should hardly move do so."
     if not good:
         text = "Fringes that should hardly move by the law do move, as if they were those of another grating."
-    return Reason("residual", "pass" if good else "undecided" if possible else "fail", deviation, limit, "rad", text)
+    if not possible:
+        return Reason("residual", "fail", deviation, proof, "rad", text)
+    return Reason("residual", "pass" if good else "undecided", deviation, limit, "rad", text)
 
 
 def rivals(
@@ -174,7 +178,7 @@ def rivals(
     """One finding for each rival that remains; where none does, one that says by how much the law is ahead.
 
     Where the law does not explain the film, only what the fringes do instead is named; where only the gain is unusual,
-    its own finding says so, and only rivals that contain the law are asked for.
+    its own finding says so, and only rivals that are the law plus something are asked for.
 
     Parameters: moving: gratings that moved enough; gain: its finding.
     """
@@ -184,19 +188,17 @@ def rivals(
         cause = cause_of(table)
         return [] if cause is None else [_remains(cause, allowed_share)]
     if gain.level != "pass" and not all(law.usual for law in laws):
-        return [_remains(one, allowed_share) for one in table if one.name in CONTAINING and one.better]
+        return [_remains(one, allowed_share) for one in table if one.name in LAW_PLUS and one.better_than_law]
     remaining = [one for one in table if one.fits]
     if remaining:
         return [_remains(one, allowed_share) for one in remaining]
-    known = [
-        one for one in table if one.log10_odds is not None and one.share is not None and one.name not in CONTAINING
-    ]
+    known = [one for one in table if one.log10_odds is not None and one.share is not None and one.name not in LAW_PLUS]
     if not known:
         return [Reason("explanations", "pass", None, None, "log10", "No other explanation fits as well as the law.")]
     best = min(known, key=lambda one: one.log10_odds or 0.0)
     odds = float(best.log10_odds or 0.0)
-    text = f"The law explains this film better than fringes that {WORDS[best.name].does}, the best of {len(table)} "
-    text += f"rivals: by a factor of 10^{odds:.0f}." if odds >= 1 else "rivals."
+    text = f"The law explains this film better than fringes that {WORDS[best.name].does}, the closest "
+    text += "rival without the law in it" + (f": by a factor of 10^{odds:.0f}." if odds >= 1 else ".")
     return [Reason("explanations", "pass", odds, -limits.MAX_RIVAL_LOG10, "log10", text)]
 
 
@@ -204,7 +206,7 @@ def _remains(one: Explanation, allowed_share: float) -> Reason:
     """The finding on one rival that remains."""
     words = WORDS[one.name]
     remedy = f"To exclude that, {words.remedy}."
-    if one.better:
+    if one.better_than_law:
         odds = float(one.log10_odds or 0.0)
         text = f"Fringes that {does(one.name, one.parameters)} explain this film 10^{-odds:.0f} times better than the "
         text += f"law does. {remedy}"

@@ -1,7 +1,7 @@
 """The motion invariant: does the law explain this film, and does any rival explain it as well?
 
 1. Is there enough to judge: fringes, motion, badge uncovered? (`findings.evidence`)
-2. What may make the film of a true badge look forged? (`doubts`)  It widens the rooms of steps 3 to 5.
+2. What may make the film of a true badge look forged? (`doubts`)  What it may excuse fails none of steps 3 to 5.
 3. The gain: is it one that this badge's sheet may have? (`sheet_gain`)
 4. The law: does it explain the phase in absolute terms, nuisances allowed? (`comparison`, `findings.residual`)
 5. Do the parts of the badge move as one? (`parts`)
@@ -100,7 +100,7 @@ class Invariant:
     def law_fits(self) -> bool:
         """Whether the law explains the fringes of all parts, and no rival does so better."""
         apart = any(reason.code == "parts" and reason.level != "pass" for reason in self.reasons)
-        better = any(one.better for one in self.explanations)
+        better = any(one.better_than_law for one in self.explanations)
         return bool(self.explanations) and self.explanations[0].fits and not better and not apart
 
     def gain_apart_from(self, whole: Invariant) -> Reason | None:

@@ -56,8 +56,9 @@ class SheetGain:
         Notes
         -----
         Convention: beyond it a film is rejected; within it, but for the room, it is inconclusive.
-        Source: build and lens have nothing to do with each other, so their extremes add in squares of logarithms; as a
-            product, a print that stays still (a gain of 0.04) could be a thin sheet before the longest lens.
+        Source: build and lens have nothing to do with each other, so both are hardly extreme at once: the logarithms of
+            their extremes add in squares.  With a product instead, a print that stays
+            still (a gain of 0.04) could be a thin sheet before the longest lens.
         """
         low, high = self.reach if self.built else (limits.LEAST_BUILT_GAIN, math.inf)
         least = math.hypot(math.log(low), math.log(lens_room[0]))
@@ -130,6 +131,8 @@ def _handled(badge: Badge) -> tuple[float, float]:
 def gain_reason(gain: float, gain_sd: float, sheet: SheetGain, possible: tuple[float, float]) -> Reason:
     """Pass within the room; fail by three error bars beyond what is possible at all; else inconclusive.
 
+    The finding's limit is half the width of the room; of a failure, the gain that is the last possible one.
+
     Parameters: gain, gain_sd: over what is expected; possible: as `SheetGain.possible`, or wider where there is doubt.
     """
     sd = math.hypot(gain_sd, gain * sheet.sd)
@@ -145,9 +148,10 @@ def gain_reason(gain: float, gain_sd: float, sheet: SheetGain, possible: tuple[f
         level, text = "pass", f"{words}; a real badge gives {sheet.span(limit)}."
     elif not least - beyond <= gain <= most + beyond:
         bound = least - beyond if gain < least else most + beyond
-        level, limit = "fail", abs(bound - (low + high) / 2)
-        whose, more = "this badge" if sheet.built else "a badge of any build", "more" if gain < least else "less"
-        text = f"{words}; {whose} gives {sheet.expected * bound:.2g} or {more}, before any lens that the film allows."
+        level, limit = "fail", bound
+        whose, other = "this badge" if sheet.built else "a badge of any build", "less" if gain < least else "more"
+        text = f"{words}; {whose}, seen through any lens that the film allows, gives no {other} than "
+        text += f"{sheet.expected * bound:.2g}, three error bars included."
     elif vague:
         limit += beyond
         text = "How far the fringes move is too uncertain to decide. Give the camera's focal length, or film with more "

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from moireid.verifier import limits
 
 Array = NDArray[np.float64]
-#: Where the autocorrelation of a residual has fallen below this, it is taken as noise.
+#: Where the autocorrelation of a residual has fallen below this, it is taken as noise.  Set by hand.
 CORRELATED = 0.2
 
 

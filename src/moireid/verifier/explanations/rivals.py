@@ -16,8 +16,8 @@ are forged on the film's own trajectory, with parameters drawn from their priors
 resampled in blocks.  The honest explanation is then fitted to each as to the film.  The share of such forgeries whose
 gain an honest sheet may have, and whose residual is about as small as the film's, is the rival's share.  A film of much
 and varied motion leaves no rival a share; on a single steady sweep a drift keeps one.  `late` and `another_gain`
-contain the law: their draws that look like the film are, within its error, films of an honest badge (on an even sweep a
-delay is another phase constant), so they have no share and count by their fit alone.
+are the law, changed: their draws that look like the film are, within its error, films of an honest badge (on an even
+sweep a delay is another phase constant), so they have no share and count by their fit alone.
 
 Do the fringes leave the law for a while (`worst_spell`)?  In each window of the film they are compared with the law,
 and with fringes that meanwhile stay still, go the wrong way, or go half or twice as far.  A window's phase constant is
@@ -53,9 +53,9 @@ Array = NDArray[np.float64]
 class Rival:
     """One rival; what the fringes do, and what would exclude it, is in `words`.
 
-    variants: columns (N, K) whose best-fitting sum is the rival's phase, each with a parameter or None; None for one
-    that may fit anything, whose share alone counts.
-    draws: phases (N, D) with parameters from its priors; None for one that contains the law.
+    variants: columns (N, K) whose best-fitting sum is the rival's phase, each with a parameter or None; none for
+    `another_gain`, whose fit is a ratio; None for one that may fit anything (`residuals.own_motion_odds` judges it).
+    draws: phases (N, D) with parameters from its priors; None for the law, changed.
     scaled: whether each draw is the same phase, to be multiplied by any ratio of `FORGED_GAINS`.
     """
 
@@ -157,7 +157,7 @@ def rival_odds(
     rival: Rival, series: PhaseSeries, own: float, samples: float, room: Room
 ) -> tuple[float, dict[str, float]] | None:
     """Decadic logarithm of the odds of the law over the rival's best fit, and that fit's parameters; None for one
-    that may fit anything, whose share alone counts.
+    that may fit anything (`residuals.own_motion_odds`).
 
     Parameters: own: sum of squares that the law leaves; samples: independent samples in that; room: gains of honest
         badges.
@@ -219,9 +219,9 @@ def lookalike_shares(
     -----
     Source: importance sampling.  A gain is linear in the phase.  So a scaled forgery's gain is drawn evenly over the
         room, and its ratio follows; the chance of the room is its width over that of all gains of such forgeries, and
-        what asks for a ratio beyond the prior is no hit.  Other forgeries are as likely with the other sign, so that of
-        each pair the one with a positive gain is drawn.  The constant of fringes that know nothing of the law is any
-        of a turn, so they meet a known one by chance.
+        a draw with a ratio outside of `FORGED_GAINS` is no hit.  Other forgeries are as likely with the other sign, so
+        that of each pair the one with a positive gain is drawn.  The constant of fringes that know nothing of the law
+        is any of a turn, so they meet a known one by chance.
     """
     series, rng = model.series, np.random.default_rng(seed)
     most = limits.ALIKE_RATIO * float(spread_rad(residual_rad[:, None])[0])

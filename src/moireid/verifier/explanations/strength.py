@@ -4,11 +4,12 @@ A rival's share is estimated by random draws (`rivals.lookalike_shares`), a few 
 below what an acceptance allows.  So the bounds must hold whenever the draws stop.  Only forgeries with a gain that may
 be accepted are drawn: the *chance* of such a gain is known in closed form, and is a bound by itself.
 
-The *strength* of a film is 1 in N, where N is one over the upper bound of the largest share.  It is a property of the
-motion: how much the film tests.  The *score* is a property of the fringes: the log10 odds of the law over the rivals,
-each with the parameters that fit this film best; `calibrated_log10` is the same figure, scaled and capped by how often
-such scores were right on honest and forged films, and is the likelihood ratio that the words of ENFSI's scale belong
-to.  A film is accepted only if both hold: no rival fits as well, and few would by chance.
+The *strength* of a film is 1 in N, where N is one over the upper bound of the largest share.  It says how
+much the film's motion tests, as far as the draws showed before they stopped: a greater strength that is asked for takes
+more draws, and can show a greater N.  The *score* is a property of the fringes: the log10 odds of the law over the
+rivals, each with the parameters that fit this film best; `calibrated_log10` is the same figure, scaled and capped by
+how often such scores were right on honest and forged films, and is the likelihood ratio that the words of ENFSI's scale
+belong to.  A film is accepted only if both hold: no rival fits as well, and few would by chance.
 
 Convention: shares from 0 to 1.  The prior is even over the ranges of `verifier.limits`.
 Source: confidence sequences by the method of mixtures (Robbins 1970): by Ville's inequality, the likelihood of the

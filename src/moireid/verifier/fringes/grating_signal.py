@@ -75,7 +75,7 @@ class GratingSignal:
     given; measured_rad: fringe phase, unwrapped, and predicted_rad: from the optics, both with mean 0 in each stretch;
     phase_sd_rad: error bar of the measured phase, infinite in unreadable frames; pose_sd_rad: error of the prediction
     from the smoothed pose; strip_residual_rad (S,): deviation of each strip from the common signal, root mean square;
-    place_residual_rad (S,): deviation of places along each strip from it (`mixed_frames`); tangent_sd: error of the
+    place_residual_rad (S,): deviation of places along each strip from it (`strip_shape`); tangent_sd: error of the
     spread of the parallax along the grating's axis from focal length and distortion, as a share; covariates (T, 2): the
     camera's parallax along the lines, and one over its distance, 1/mm, if known; strip_sd_rad (S,): error bar of
     each strip's phase, median over its frames; rounding_rad: phase error of a place from rounding to whole counts,

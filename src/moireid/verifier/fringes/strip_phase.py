@@ -178,7 +178,7 @@ def rounding_rad(strip: StripPhase) -> float:
     phase error grows as one over the contrast.
     Returns: the median over the clearer half of the frames; 0 if there are no fringes.
     Source: rounding has a standard deviation of 1 / sqrt(12) counts; light per count is the derivative of the coding
-        (`profiles`).
+        (`picture`).
     """
     clear = (strip.phase_sd_rad <= np.median(strip.phase_sd_rad)) & (strip.contrast > 0)
     if not clear.any():

@@ -183,7 +183,9 @@ def _cells_move(motion: CellMotion | None, found: str | None) -> tuple[Reason, .
         "fail": "The fringes in the badge's code stay still while those of its rows move, as in a picture that was "
         "pasted in.",
     }[level]
-    return (Reason("cells_move", level, seen, least if moving else measuring.CELLS_MOVE_RATIO, "", text),)
+    below = measuring.CELLS_STILL_RATIO if level == "fail" else measuring.CELLS_MOVE_RATIO
+    limit = least if moving else below if seen < 1 else measuring.CELLS_MOST_RATIO
+    return (Reason("cells_move", level, seen, limit, "", text),)
 
 
 def _compare(

@@ -53,7 +53,7 @@ def shaped_rival(report: Report) -> Explanation | None:
     found = report.invariant.explanations
     known = {one.name: one for one in found if one.name in SHAPED and one.log10_odds is not None}
     alike = [one for one in known.values() if one.fits and one.share is not None]
-    if alike and not any(one.better for one in known.values()):
+    if alike and not any(one.better_than_law for one in known.values()):
         return max(alike, key=lambda one: one.share or 0.0)
     cause = cause_of(found[1:])
     return cause if cause is not None and cause.name in known else simplest(list(known.values()))

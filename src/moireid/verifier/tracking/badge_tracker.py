@@ -66,7 +66,7 @@ class BadgeTracker:
     the present scale, and the exposure estimated from its smears.  `SceneTracker` decides where a badge is found first,
     and where it is found again after it was lost.
     Convention: homographies as `MarkerFinder`; only the badge's layout is used, not its pitches or id.
-    Source: `registration`, or `smeared_frames`, or `markers`, and `profiles`, in that order in each frame.
+    Source: `registration`, or `smeared_frames`, or `markers`, and `brightness_profiles`, in that order in each frame.
     """
 
     def __init__(
@@ -80,8 +80,8 @@ class BadgeTracker:
         self._corners_mm = marker_corners_mm(badge.markers)
         self._middle = self._corners_mm.mean(axis=(0, 1))
         self._uniform = np.array([strip.uniform for strip in self._reader.strips])
-        #: Of the frames that follow each other calmly, one in `_stride` is measured (`calm`); `_calm` were since one
-        #: differed, and until `_restless_s` each is.
+        #: Of the frames that follow each other calmly, one in `_stride` is measured (`frame_skipping`); `_calm` were
+        #: since one differed, and until `_restless_s` each is.
         self._watch, self._stride, self._calm, self._restless_s = CalmWatch(badge), 1, 0, -math.inf
         self._profiles: NDArray[np.float32] | None = None
         #: Frames of the present track that were passed by.
