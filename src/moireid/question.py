@@ -104,8 +104,8 @@ class Question:
     track : int, optional
         The video track to judge, as `Film.described` numbers them; a film of several is inconclusive without it.
     level : {"record", "enrolled", "live"}, optional
-        Least level that must be reached (`check_level`); below it the verdict is inconclusive.  "record" also accepts
-        figures that are not those of enrolment.  None: record, and figures of enrolment must agree where there are any.
+        Least level that must be reached (`check_level`); below it the verdict is inconclusive.  None, or "record":
+        figures of enrolment must agree where there are any.
     cover_share : float, optional
         Least share of the film, 0 to 1, that must be judged; with less the verdict is inconclusive.  None for
         `limits.MIN_COVER_SHARE`.
@@ -146,7 +146,7 @@ class Question:
     @property
     def original_required(self) -> bool:
         """Whether the figures must be those of enrolment."""
-        return self.as_built is not None and self.level != "record"
+        return self.as_built is not None
 
     def id_if_read(self, found: str | None) -> str | None:
         """The claimed identity, as far as it is known once `found` was read: a seal opens only for the right one."""

@@ -360,7 +360,7 @@ def test_a_copy_is_rejected_unasked_where_the_badge_is_known_as_built(ada, ada_f
     elsewhere = replace(built, offset_rad=built.offset_rad + 2.0)
     copy = verify(ada_film, Question(ada, ada.id, as_built=elsewhere))
     assert (copy.verdict, copy.identity.built) == ("reject", "differs")
-    assert verify(ada_film, Question(ada, ada.id, as_built=elsewhere, level="record")).verdict == "accept"
+    assert verify(ada_film, Question(ada, ada.id, as_built=elsewhere, level="record")).verdict == "reject"
     assert verify(ada_film, Question(ada, ada.id, level="enrolled")).verdict == "inconclusive"
 
 

@@ -69,7 +69,7 @@ def verify(
     cover : float, optional
         Least share of the film that must be judged, 0 to 1; None for a half.
     level : {"record", "enrolled", "live"}, optional
-        Least level that must be reached; "record" also accepts a copy that was built anew.  None: record, and figures
+        Least level that must be reached; None, or "record": figures
         of enrolment must agree where there are any.
     strength : int, optional
         An acceptance needs that at most 1 in so many forgeries that know nothing of the law would look alike; None

@@ -11,6 +11,7 @@ from moireid.cli.common import BAD_INPUT
 _COSIGN = "have a C2SP witness cosign the checkpoint file, and add its line to the file"
 _READERS = "readers give it, to `registry audit`, `verify`, `identify` and `attest check`, which check the signatures"
 _QUORUM = "give --witness-key for those witnesses alone whose signatures you ask for"
+_ANEW = "enroll a badge that was built anew with --capture and --replace"
 _DAYS = "signatures of witnesses count for 7 days"
 
 #: By the words as one types them after `moireid`, a command, its option and its value: what to use instead.
@@ -64,9 +65,9 @@ REMOVED = {
     "materials --cut-width": "cut the sheets with a knife or a paper cutter, which takes nothing away",
     "verify --live-check": "keep the receipt next to the report: it names the film by its SHA-256",
     "verify --require-original": "give --level enrolled",
-    "verify --no-require-original": "give --level record, which also accepts a copy that was built anew",
+    "verify --no-require-original": _ANEW,
     "watch --require-original": "give --level enrolled",
-    "watch --no-require-original": "give --level record, which also accepts a copy that was built anew",
+    "watch --no-require-original": _ANEW,
     "verify --witnesses": _QUORUM,
     "verify --witness-days": _DAYS,
     "identify --witnesses": _QUORUM,

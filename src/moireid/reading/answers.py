@@ -77,14 +77,10 @@ def checked(value: object, model: type[Model], film: object) -> Model:
 
 
 def checked_report(report: dict[str, Any], film: object, barred: Exclusion | None) -> None:
-    """Raise MediaError where a report breaks a rule of its schema, calls a film a live check, or accepts a badge that
-    does not count.
-    """
+    """Raise MediaError where a report breaks a rule of its schema, or accepts a badge that does not count."""
     # Who has receipts of live checks adds them afterwards; they are no finding of the film.
     report.pop("live_checks", None)
     _check(report, "report", film)
-    if report["level"] == "live":
-        raise malformed(film, "a live check")
     if barred is not None and report["verdict"] == "accept":
         raise malformed(film, "a badge that no longer counts")
 
@@ -98,6 +94,9 @@ def checked_identification(found: dict[str, Any], film: object) -> None:
 
 
 def _check(document: dict[str, Any], name: str, film: object) -> None:
+    """Raise MediaError where a rule is broken, or a film is called a live check."""
+    if document.get("level") == "live":
+        raise malformed(film, "a live check")
     if (fault := schema_fault(document, _schemas()[name])) is not None:
         raise malformed(film, fault)
 

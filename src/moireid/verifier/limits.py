@@ -108,6 +108,8 @@ GAINS_AGREE_SDS = 3.0
 #: The error counts up to this share of the motion.  Measured: without it, a film with noise of 0.2 rad may wander by a
 #: fifth of its motion in 8 of 26 cases, with it in none; of honest films with much noise it costs 1 in 26.
 MAX_ERROR_SHARE = 0.1
+#: Set by hand: noise excuses a field at rest as if the others moved by so much at most, rad.
+RESTING_MOTION_RAD = 1.0
 #: A deviation this many times larger may yet be a poor film's: noise of single frames counts by one over it, and a
 #: rival that leaves more than so many times the limit explains nothing.  Ray-traced films: far away, where markers are
 #: a few pixels, poses err by up to 2.5 times their estimate.

@@ -43,9 +43,9 @@ class FilmFields(BaseModel):
     )
     level: CheckLevel | None = Field(
         None,
-        description="what must be shown: record, the film agrees with the badge's design, also of a copy that was "
-        "built anew; enrolled, its figures are also those of enrolment; live, a live check was passed, which a film "
-        "cannot; if absent, record, and enrolled where the badge has figures; this studio may ask for more",
+        description="what must be shown: record, the film agrees with the badge's design, and with its figures of "
+        "enrolment where it has any; enrolled, there are such figures; live, a live check was passed, which a film "
+        "cannot; if absent, record; this studio may ask for more",
     )
     kind: Literal["verify", "identify"] = "verify"
 
@@ -54,8 +54,8 @@ class FilmFields(BaseModel):
 KINDS = ("verify", "identify")
 VERIFY_FIELDS = ("claim", "badge", "focal_px", "cover", "level")
 IDENTIFY_FIELDS = ("focal_px",)
-#: Levels by what they ask; without one, figures of enrolment must agree where there are any.
-STRICTEST_LAST: tuple[CheckLevel | None, ...] = ("record", None, "enrolled", "live")
+#: Levels by what they ask.
+STRICTEST_LAST: tuple[CheckLevel | None, ...] = (None, "record", "enrolled", "live")
 Sample = Literal["true", "forged"]
 
 
@@ -81,7 +81,7 @@ async def start_job(request: Request, visitor: Visitor, *, kind: str | None = No
         if form.video is None:
             raise Refusal(422, "fields", "The form has no film; send it as the file `video`.")
         given = _film_fields(form.fields)
-        given.level = max(given.level, studio.settings.level or "record", key=STRICTEST_LAST.index)
+        given.level = max(given.level, studio.settings.level, key=STRICTEST_LAST.index)
         job.kind = kind or given.kind
         job.film_name, job.claim, job.film_sha256 = form.name, given.claim or "", form.sha256
         await run_in_threadpool(submit_claim, studio, visitor, job, form.video, given, report=report)

@@ -128,8 +128,9 @@ def test_a_result_is_a_report(films: Path) -> None:
     for change in wrong:
         with pytest.raises(MalformedAnswer):
             judged_as("verify", honest | change if change else {})
-    with pytest.raises(MalformedAnswer):
-        judged_as("identify", honest | finding | {"found_id": 5})
+    for change in ({"found_id": 5}, {"level": "live"}):
+        with pytest.raises(MalformedAnswer):
+            judged_as("identify", honest | finding | change)
 
 
 def test_a_capture_is_of_the_badge_that_was_asked_about(ada: Badge) -> None:

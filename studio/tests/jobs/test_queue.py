@@ -115,7 +115,7 @@ def test_a_studio_asks_for_a_level_that_no_visitor_lowers(
             level: str | None = own.job(answer.json()["id"]).wish["level"]
             return level
 
-        assert asked(None) is None and asked("record") is None and asked("record", level="live") == "live"
+        assert asked(None) is None and asked("record") == "record" and asked("record", level="live") == "live"
         assert asked(None, level="record") == "record"
         assert asked("enrolled") == asked("enrolled", level="record") == "enrolled"
         assert asked("enrolled", level="live") == "live"

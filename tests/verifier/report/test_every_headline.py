@@ -88,7 +88,8 @@ def troubled(**of_signal: Any) -> Sequence[Reason]:
     small = "doubt" in of_signal
     bad = compared(deviation_rad=1.5, doubted=not small, figures=mean(expected_error_rad=0.3 * small))
     open_ = Reason("residual", "undecided", 1.5, 1.0, "rad", "It leaves the law.")
-    return [open_, *doubts_of([(signal(**of_signal), bad)], page_off=False, steep_share=0.0).findings]
+    doubts = doubts_of([(signal(**of_signal), bad)], page_off=False, steep_share=0.0)
+    return [open_, *(one for one in (doubts.camera, doubts.small) if one is not None)]
 
 
 def moved_unseen() -> Sequence[Reason]:

@@ -54,7 +54,7 @@ def test_the_original_is_required_where_it_is_known(secret: Badge, built: AsBuil
     """Catches: a default that asks every badge for a film of it, and a wish that is overruled."""
     assert Question(secret, secret.id, as_built=built).original_required
     assert not Question(secret, secret.id).original_required
-    assert not Question(secret, secret.id, as_built=built, level="record").original_required
+    assert Question(secret, secret.id, as_built=built, level="record").original_required
     assert Question(secret, secret.id, as_built=built, level="enrolled").original_required
 
 

@@ -51,7 +51,7 @@ OPTIONS = {
     "focal": "--focal-px",
     "gain": "--focal-px, or enroll --capture",
     "lens": "--camera, or --focal-px",
-    "built": "--level record, or enroll --capture",
+    "built": "enroll --capture --replace",
     "copyable": "enroll --capture",
     "cover": "--cover",
     "tracks": "--track",

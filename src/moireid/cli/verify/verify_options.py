@@ -36,10 +36,9 @@ CLAIM_OPTIONS = (
 level_option = click.option(
     "--level",
     type=click.Choice(["record", "enrolled", "live"]),
-    help="What must be shown: record, the film by itself agrees with the badge's design, as that of a copy may; "
-    "enrolled, its figures are also those of enrolment; live, a live check with prompts was passed, which no film made "
-    "before shows. With less the film is inconclusive.  [default: record, without copies of a badge that was enrolled "
-    "with --capture]",
+    help="What must be shown: record, the film agrees with the badge's design, and with its figures where it was "
+    "enrolled with --capture; enrolled, there are such figures; live, a live check with prompts was passed, which no "
+    "film made before shows. With less the film is inconclusive.  [default: record]",
 )
 
 

@@ -45,11 +45,6 @@ class Doubts:
         """Whether a true badge's fringes may do anything in such a film."""
         return self.small is not None or self.aside is not None or self.page_off
 
-    @property
-    def findings(self) -> list[Reason]:
-        """The findings that say why a film that fails a test is not rejected."""
-        return [one for one in (self.camera, self.small, self.aside) if one is not None]
-
 
 def doubts_of(
     moving: Sequence[tuple[GratingSignal, GratingComparison]], *, page_off: bool, steep_share: float

@@ -161,7 +161,7 @@ def _at_rest(grating: GratingComparison, moved: Sequence[GratingComparison], *, 
     nearest = float(np.clip(own.gain_ratio, min(1.0, same), max(1.0, same)))
     deviation = float(np.hypot((own.gain_ratio - nearest) * own.excitation_rad, own.phase_residual_rad))
     room = (limits.GAIN_TOLERANCE_SHARE + limits.GAIN_REJECTED_SDS * own.tangent_sd) * own.excitation_rad
-    error = credible_error_rad(most, own.expected_error_rad)
+    error = credible_error_rad(min(most, limits.RESTING_MOTION_RAD), own.expected_error_rad)
     limit, proof = (room + residual_limit_rad(most, error, sds) for sds in (limits.USUAL_SDS, limits.PROOF_SDS))
     good, possible = deviation <= limit, not prove or deviation <= proof
     text = "Fringes that should hardly move do so."

@@ -182,19 +182,26 @@ def judge(
     reasons = findings.evidence(signals, mean, enough=bool(moving))  # Step 1.
     if moving:
         doubts = doubts_of(moving, page_off=page_off, steep_share=_steep_share(moved, sheet))  # Step 2.
-        gains = findings.gain(moving, sheet, prove=not doubts.anything)  # Step 3.
-        residual = findings.residual(laws, prove=not (doubts.anything or doubts.covered))  # Step 4.
         several = parts_of([law.figures for law in laws], code_apart, covered=doubts.covered)
-        together = parts(several, prove=not doubts.anything)  # Step 5.
-        tests = [*gains, residual, together]
+
+        def tested(*, prove: bool) -> list[Reason]:
+            gains = findings.gain(moving, sheet, prove=prove)  # Step 3.
+            residual = findings.residual(laws, prove=prove and not doubts.covered)  # Step 4.
+            return [*gains, residual, parts(several, prove=prove)]  # Step 5.
+
+        tests = tested(prove=not doubts.anything)
+        together = tests[-1]
         reasons += tests
         if any(one.level != "pass" for one in tests):
-            reasons += doubts.findings
+            reasons += [one for one in (doubts.camera, doubts.small) if one is not None]
+        # A view from aside excuses what would be a proof, and is no cause of what the film leaves open anyway.
+        if doubts.aside is not None and any(one.level == "fail" for one in tested(prove=True)):
+            reasons.append(doubts.aside)
         if together.level != "pass":
             score = min(score, 0.0)
         # Where page or sheet is off, fringes and photographs of the design say nothing.
         if not page_off:
-            reasons += findings.rivals(table, moving, gains[0])  # Step 6.
+            reasons += findings.rivals(table, moving, tests[0])  # Step 6.
         if whole and not page_off:
             harmonic = softest(moved, sheet)
             reasons += photographs(spacing, moved, harmonic)  # Step 7.

@@ -21,6 +21,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from moireid.verifier.decision.figures import Figures
+from moireid.verifier.explanations.residuals import credible_error_rad
 from moireid.verifier.identity.cell_slip import RowsApart
 from moireid.verifier.limits import PARTS, PROOF_SDS, USUAL_SDS
 from moireid.verifier.reasons import Reason
@@ -46,9 +47,12 @@ class Part:
     @classmethod
     def of(cls, name: str, deviation_rad: float, figures: Figures) -> Part:
         """A part of a grating with these figures."""
-        one = PARTS[name]
-        unit = one.unit_rad(figures.excitation_rad, 0.0, figures.strip_sd_rad, figures.rounding_rad)
-        return cls(name, deviation_rad, one.quantile(USUAL_SDS, unit), one.quantile(PROOF_SDS, unit))
+        one, moved = PARTS[name], figures.excitation_rad
+        noise = figures.strip_sd_rad, figures.rounding_rad
+        # A film that is made noisy is not rejected, but must not buy room for a lie.
+        excused = (credible_error_rad(moved, error_rad) for error_rad in noise)
+        limit = one.quantile(USUAL_SDS, one.unit_rad(moved, 0.0, *excused))
+        return cls(name, deviation_rad, limit, one.quantile(PROOF_SDS, one.unit_rad(moved, 0.0, *noise)))
 
 
 def parts_of(figures: Sequence[Figures], code: RowsApart, *, covered: bool = False) -> list[Part]:

@@ -183,11 +183,15 @@ class Doer:
                 if not self.ledger.progress(job):
                     raise JobWithdrawal
         elif "result" in message:
+            if job.result is not None:
+                raise malformed(film, "a second result")
             result = checked(message["result"], dict[str, Any], film)
             if job.kind in JUDGED:
                 result["sealed"] = message["sealed"]
             job.result = self._own_words(said, checked_result(said, result))
         else:
+            if job.kept:
+                raise malformed(film, "pictures twice")
             pictures = checked(message.get("pictures"), Pictures, film)
             job.kept = keep_pictures(job, pictures)
         return None
