@@ -103,6 +103,7 @@ def test_a_forged_film_is_rejected() -> None:
         check.plot()
 
 
+@pytest.mark.slow
 def test_a_claim_is_looked_up_in_a_registry_by_path_url_or_object(tmp_path: Path, short: Path) -> None:
     """Catches: a plain path that is taken for a URL; an open registry that is closed; one made by a verify."""
     badge = design_badge(Order("Ada Lovelace", lens="50lpi"), bytes(range(8)))

@@ -55,6 +55,7 @@ def test_the_source_archive_gives_the_same_wheel(built: list[Path], tmp_path: Pa
     assert digests(build(source, tmp_path / "dist"))[built[1].name] == digests(built)[built[1].name]
 
 
+@pytest.mark.slow
 def test_the_wheel_holds_the_package_and_nothing_else(built: list[Path]) -> None:
     """Catches: a schema or template that is missing; caches, tests and files of the developer's folder that slip in."""
     package = {name.removeprefix("src/") for name in tracked_files() if name.startswith("src/moireid/")}

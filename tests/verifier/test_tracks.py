@@ -52,7 +52,9 @@ def found(report: Report) -> list[tuple[str, str]]:
 
 
 @pytest.mark.claim("A file of two tracks is judged only as asked")
-@pytest.mark.parametrize("suffix", ["mp4", "webm", "ts"])
+@pytest.mark.parametrize(
+    "suffix", ["mp4", pytest.param("webm", marks=pytest.mark.slow), pytest.param("ts", marks=pytest.mark.slow)]
+)
 def test_two_tracks_are_judged_only_as_asked(parts, badge, tmp_path, suffix):
     """Catches: the first track, the default one or the largest one judged, where a player shows the other."""
     kind = "_vp9" if suffix == "webm" else ""

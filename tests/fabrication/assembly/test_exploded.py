@@ -45,6 +45,7 @@ def views(badge: Badge, mount: str, figures: MountFigures | None = None) -> list
     return [found for _, found in _views(build, shape_parts(badge, parts).drawn)]
 
 
+@pytest.mark.slow
 def test_parts_are_those_of_the_plans(lens: Badge, mask: Badge) -> None:
     """Catches: a forgotten part, an order that cannot be put together, figures of the defaults for somebody's own."""
     process = MountProcess(card_mm=0.5, back_mm=2.0)

@@ -98,6 +98,7 @@ def lines_by_hand(low: float, high: float, pitch: float, edge: float, duty: floa
     return out
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("form", ["dots", "vector"])
 def test_ink_growth_narrows_lines_about_their_middles(badge: Badge, tmp_path: Path, form: str) -> None:
     """Catches: lines moved, one edge alone, a growth of each edge instead of both, cells without it."""
