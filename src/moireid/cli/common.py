@@ -76,9 +76,10 @@ class GroupedCommand(click.Command):
         self._heading = {f"--{name}": heading for heading, names in groups.items() for name in names.split()}
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write each group of options under its heading, in the order of the groups."""
+        """Write each group of options under its heading, in the order of the groups and of their names."""
         groups: dict[str, list[tuple[str, str]]] = {heading: [] for heading in self._heading.values()}
-        for param in self.get_params(ctx):
+        places = {name: place for place, name in enumerate(self._heading)}
+        for param in sorted(self.get_params(ctx), key=lambda param: places.get(param.opts[-1], len(places))):
             if isinstance(param, click.Option) and (record := param.get_help_record(ctx)) is not None:
                 groups.setdefault(self._heading.get(param.opts[-1], "Options"), []).append(record)
         for heading, rows in groups.items():

@@ -19,7 +19,7 @@ from moireid.verifier.report.live_receipt import (
 
 FILM = FilmAsked("rally.mp4", "ab" * 32)
 OURS = Standing("c0ffee" * 5 + "c0", "3:" + "cd" * 32)
-PASSED = LiveReceipt("watch", "Ada Lovelace", "2026-05-07T14:05:00+00:00", "accept", "ef" * 32, True, film=FILM)
+PASSED = LiveReceipt("one-time link", "Ada Lovelace", "2026-05-07T14:05:00+00:00", "accept", "ef" * 32, True, film=FILM)
 REPORT: dict[str, Any] = {"verdict": "accept"}
 
 

@@ -242,7 +242,7 @@ def test_no_option_of_the_command_line_stands_on_a_page():
 def test_live_checks_are_shown_and_are_no_part_of_the_verdict(ada):
     """Catches: a receipt that is attached and on no page; one that changes the headline; a name that writes HTML."""
     report = report_of(ada)
-    receipt = LiveReceipt("watch", "<b>Ada</b>", "2026-05-07T14:05:00+00:00", "accept", "ef" * 32, True)
+    receipt = LiveReceipt("one-time link", "<b>Ada</b>", "2026-05-07T14:05:00+00:00", "accept", "ef" * 32, True)
     pictures = pictures_of(report)
     page = render_page(attached(report.to_json(), [receipt]), pictures, KNOWN)
     assert "A live check of &lt;b&gt;Ada&lt;/b&gt; about no film in particular was passed" in page

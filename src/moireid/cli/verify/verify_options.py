@@ -36,9 +36,9 @@ CLAIM_OPTIONS = (
 level_option = click.option(
     "--level",
     type=click.Choice(["record", "enrolled", "live"]),
-    help="What must be shown: record, the film agrees with the badge's design, and with its figures where it was "
-    "enrolled with --capture; enrolled, there are such figures; live, a live check with prompts was passed, which no "
-    "film made before shows. With less the film is inconclusive.  [default: record]",
+    help="What must be shown: record, the film agrees with the badge's design, and also with its figures where it was "
+    "enrolled with --capture; enrolled, it was enrolled so, and the film agrees with its figures; live, a live check "
+    "with prompts was passed, which no film made before shows. With less the film is inconclusive.  [default: record]",
 )
 
 

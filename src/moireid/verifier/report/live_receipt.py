@@ -56,7 +56,7 @@ class LiveReceipt(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     decoded them; None where that is not known.
     """
 
-    kind: Literal["one-time link", "watch"]
+    kind: Literal["one-time link"]
     claim: Line
     ended_at: Moment
     verdict: Verdict
