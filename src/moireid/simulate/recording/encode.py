@@ -21,9 +21,10 @@ from numpy.typing import NDArray
 from moireid.errors import MediaError, SpecError
 from moireid.simulate.recording.sensor import CURVES
 
-#: The encoder of each codec: its name, its usual constant rate factor, and options.
+#: The encoder of each codec: its name, its usual constant rate factor, and options.  What it writes depends on how many
+#: frames it codes at once: the number is fixed, so that a film is the same on every machine.
 ENCODERS: dict[str, tuple[str, int, dict[str, str]]] = {
-    "h264": ("libx264", 23, {"preset": "veryfast"}),
+    "h264": ("libx264", 23, {"preset": "veryfast", "threads": "2"}),
     "h265": ("libx265", 28, {"preset": "superfast", "x265-params": "log-level=error"}),
 }
 #: The colour of a grey picture.
