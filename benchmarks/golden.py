@@ -45,7 +45,7 @@ from moireid.verifier.limits import LEAST_STRENGTH
 from moireid.verifier.reasons import Reason, worst
 from moireid.verifier.session.claim import sheet_of
 
-PINNED = "e32fb52d86c27d16683744f6154161bada316557"
+PINNED = "fc6b239ef3cf8a66ac4ebe8007f5262a2db8d750"
 ROOT = Path(__file__).parents[1]
 SIGNALS = ROOT / "tests" / "data" / "golden"
 KINDS = ("*.mp4", "*.signals")
@@ -211,7 +211,8 @@ def make(folder: Path, only: str, workers: int) -> None:
         archive = subprocess.run(command, check=True, stdout=subprocess.PIPE).stdout
         subprocess.run(["tar", "-x", "-C", str(source)], check=True, input=archive)
     paths = os.pathsep.join(str(source / one) for one in ("src", "lab/src", "benchmarks"))
-    script = [sys.executable, "-P", str(Path(__file__).with_name("golden_films.py")), str(folder), only, str(workers)]
+    made_by = source / "benchmarks" / "golden_films.py"
+    script = [sys.executable, "-P", str(made_by), str(folder), only, str(workers)]
     subprocess.run(script, check=True, env=os.environ | {"PYTHONPATH": paths})
 
 
