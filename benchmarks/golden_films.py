@@ -48,7 +48,8 @@ FORGED = (("sway", 0.6, 0), ("linear", 1.0, 0), ("handheld", 0.6, 1), ("sway", 1
 MORE_FORGED = ("true_sway_0.6_0", "true_linear_1.0_0", "true_handheld_0.6_1", "true_sway_1.0_1")
 MORE_FORGED += ("patchy_sway_0.6_1", "randomwalk_sway_0.6_1", "frozen_handheld_0.6_0", "drift_handheld_0.6_0")
 #: Formats with four outside films each, and two fronts of the board.
-FORMATS, OF_EACH, FRONTS = outside_films.FORMATS, 4, ("hex", "edge")
+FORMATS, OF_EACH = outside_films.FORMATS, 4
+FRONTS = {"hex": ("--axes", "hex"), "edge": ("--markers", "frame")}
 BUILDS = {f"page_{scale}": {"page": scale} for scale in (0.96, 0.98, 1.02, 1.04)}
 BUILDS |= {f"sheet_{scale}": {"sheet": scale} for scale in (0.984, 0.988, 1.012, 1.0333)}
 BUILDS |= {f"air_{mm}_{low}": {"air": mm, "view": (low, low + 13)} for mm in (0.05, 0.2) for low in (2, 39)}
@@ -82,7 +83,9 @@ def outside(path: Path, *, motion: str, metres: float) -> None:
 
 def of_format(path: Path, *, name: str, number: int, front: str | None = None) -> None:
     """A badge of a format, as it is printed for its wearer, by the outside tracer."""
-    task = outside_films.Task(name, number, number, 0.0, 1, OF_EACH, front=front)
+    task = outside_films.Task(name, number, number, 0.0, 1, OF_EACH)
+    if front:
+        outside_films.WEAR = (FRONTS[front],)
     rng, folder = np.random.default_rng(task.seed), path.parent / path.stem
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
