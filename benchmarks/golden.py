@@ -45,7 +45,7 @@ from moireid.verifier.limits import LEAST_STRENGTH
 from moireid.verifier.reasons import Reason, worst
 from moireid.verifier.session.claim import sheet_of
 
-PINNED = "fc6b239ef3cf8a66ac4ebe8007f5262a2db8d750"
+PINNED = "99d445a7597342b828509db4dcc6cedc4778b59f"
 ROOT = Path(__file__).parents[1]
 SIGNALS = ROOT / "tests" / "data" / "golden"
 KINDS = ("*.mp4", "*.signals")
