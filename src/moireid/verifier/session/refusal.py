@@ -69,15 +69,16 @@ def _gap(badge: Badge, gain: float | None) -> str:
 
 
 def _sharpness(measurement: Measurement) -> str:
-    sizes = [np.abs(signal.beyond.overtone) for signal in measurement.gratings if signal.beyond is not None]
-    # It is 0 where a row is too short to show it.
+    beyond = [signal.beyond for signal in measurement.gratings if signal.beyond is not None]
+    # Over what view and picture let through; it is 0 where a row is too short to show it.
+    sizes = [np.abs(one.overtone) / np.maximum(np.abs(one.expected), 1e-6) for one in beyond]
     size = np.concatenate([one[one > 0] for one in sizes]) if sizes else np.zeros(0)
     value = float(np.median(size)) / MOST_OVERTONE if size.size else 1.0
     if value >= LEAST_OVERTONE:
         return ""
     return (
         f"Fringes are soft: their third harmonic is {value:.0%} of the most. So look a sheet for flip pictures, air "
-        "beneath the sheet, lines that ran wide, and a film from too far or out of focus."
+        "beneath the sheet, and lines that ran wide."
     )
 
 

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from moireid.badge import Badge
 from moireid.verifier.picture import Frame, Picture
 from moireid.verifier.tracking.brightness_profiles import ProfileReader
+from moireid.verifier.tracking.edge_spread import ACROSS, EVERY_FRAMES, EdgeReader
 from moireid.verifier.tracking.finding.markers import faint_turns
 from moireid.verifier.tracking.finding.page_finder import PageFinder
 from moireid.verifier.tracking.finding.page_groups import same_page
@@ -70,11 +71,17 @@ class BadgeTracker:
     """
 
     def __init__(
-        self, badge: Badge, finder: PageFinder, registrar: PageRegistrar, reader: ProfileReader, purses: Purses
+        self,
+        badge: Badge,
+        finder: PageFinder,
+        registrar: PageRegistrar,
+        reader: ProfileReader,
+        edges: EdgeReader,
+        purses: Purses,
     ) -> None:
-        """Parameters: finder, registrar, reader: made for the badge's layout; purses: of the whole scene."""
+        """Parameters: finder, registrar, reader, edges: made for the badge's layout; purses: of the whole scene."""
         self._badge, self._finder, self._registrar, self._reader = badge, finder, registrar, reader
-        self._purses = purses
+        self._edges, self._purses = edges, purses
         self.ends, self._template, self._faint = TrackEnds(), KeptTemplate(registrar.printer), faint_turns()
         self._shaken = ShakenFollower(registrar, self._template, self.ends)
         self._corners_mm = marker_corners_mm(badge.markers)
@@ -102,6 +109,8 @@ class BadgeTracker:
         self.frames_read = 0
         self._measured: list[MeasuredFrame] = []
         self._cells = EvenSample()
+        #: Sum of the page's edges.
+        self._edge_sum = np.zeros((2, ACROSS))
         self._snapshot: NDArray[np.uint8] | None = None
         self._best, self._clock = 0.0, 0.0
         self._stages = dict.fromkeys(("find", "register", "shaken", "profiles", "snapshot"), 0.0)
@@ -263,6 +272,8 @@ class BadgeTracker:
         self.shown += scale_px_per_mm(registration.homography, self._middle) ** 2
         self._measured.append(MeasuredFrame(frame.index, frame.time_s, registration, seen[self._uniform]))
         self._cells.offer(seen[~self._uniform])
+        if self.tracked % EVERY_FRAMES == 0:
+            self._edge_sum += self._edges.read(luma, registration.homography)
         self._lap("profiles")
         # Only a clearly better frame is straightened again, or a steady film would do it all the time.
         if registration.correlation > self._best + 0.003:
@@ -342,6 +353,7 @@ class BadgeTracker:
             vague=np.array(vague) if any(max(pair) > 1 for pair in vague) else None,
             stages_s=dict(self._stages),
             passed=self.passed,
+            spread_mm=self._edges.spread_mm(self._edge_sum),
         )
 
     def take(self, keep: int = 0) -> Track:
@@ -353,6 +365,7 @@ class BadgeTracker:
         gone = max(self.tracked - keep, 0)
         del self._measured[:gone]
         self._cells.drop(gone)
+        self._edge_sum[:] = 0.0
         self.frames_read, self.passed, self._best = 0, 0, 0.0
         self._stages = dict.fromkeys(self._stages, 0.0)
         return track

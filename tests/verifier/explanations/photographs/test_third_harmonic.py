@@ -12,7 +12,7 @@ from moireid.badge import Cell, Grating, Lens
 from moireid.lenticule import view_response
 from moireid.verifier.explanations.photographs.third_harmonic import ThirdHarmonic, third_harmonic_of
 from moireid.verifier.fringes.beyond_phase import expected_overtone
-from moireid.verifier.limits import MIN_OVERTONE_CONTRASTS, WINDOW_FRAMES
+from moireid.verifier.limits import WINDOW_FRAMES
 
 WIDE = LAW / np.ptp(LAW)
 
@@ -89,7 +89,22 @@ def test_lines_of_another_width_owe_less(duty, open_fraction, expected):
     assert share == pytest.approx(np.full(FRAMES, expected), abs=1e-3)
     law = 4.0 * WIDE
     soft = noise_of(0.0001, 1)
-    assert turning(soft, law, share).limit == pytest.approx(MIN_OVERTONE_CONTRASTS * expected, abs=1e-4)
+    found = turning(soft, law, share)
+    assert found.let_through == pytest.approx(expected, abs=1e-3) and found.visible == (expected > 0)
+    assert found_in(signal(soft, expected=share))["third_harmonic"].level == ("undecided" if expected else "note")
+
+
+@pytest.mark.claim("A picture counts against soft fringes only if its page's edges are sharp enough")
+def test_a_soft_picture_is_no_photograph():
+    """Catches: true films out of focus left open; a sharp film of photographs excused, or a harmonic taken for less."""
+    lens, front, soft = Lens("lenticular", 0.508, 1.0, 1.56), np.zeros(FRAMES), noise_of(0.003, 1)
+    for spread, level in ((0.0, "undecided"), (0.1, "undecided"), (0.2, "note")):
+        share = expected_overtone(lens, lines(), front, front, spread_cycles=spread)
+        assert found_in(signal(soft, expected=share))["third_harmonic"].level == level
+    lens_and_film = third_harmonic_of(signal(TYPICAL * share, expected=share))
+    assert lens_and_film is not None and lens_and_film.let_through == pytest.approx(np.exp(-16 * (0.2 * np.pi) ** 2))
+    sharp = third_harmonic_of(signal(np.full(FRAMES, TYPICAL) * 0.5, expected=np.full(FRAMES, 0.5 + 0j)))
+    assert sharp is not None and sharp.from_front == pytest.approx(abs(TYPICAL), rel=0.01)
 
 
 def lines(duty: float = 0.5) -> Grating:
