@@ -25,9 +25,9 @@ from moireid.verifier.reasons import Level, Reason
 
 
 def softest(moved: Sequence[GratingSignal]) -> ThirdHarmonic | None:
-    """The third harmonic of the grating that has least of it, first of those that would show it; None if not known."""
+    """The third harmonic of the grating that has least of it, first of those that miss it; None if not known."""
     harmonics = [one for signal in moved if (one := third_harmonic_of(signal)) is not None]
-    return min(harmonics, key=lambda one: (not one.visible, one.surplus / one.limit), default=None)
+    return min(harmonics, key=lambda one: (not one.missed, one.surplus / one.limit), default=None)
 
 
 def photographs(
@@ -66,11 +66,11 @@ def _in_turn(fade: CrossFade) -> Reason:
 
 
 def _superposed(harmonic: ThirdHarmonic) -> Reason:
-    level: Level = "pass" if harmonic.seen else "undecided" if harmonic.visible else "note"
+    level: Level = "undecided" if harmonic.missed else "pass" if harmonic.seen else "note"
     text = {
-        "undecided": "The fringes lack the sharp edges that lenses make, and the page's own edges are sharp enough to "
-        "show them: as in superposed photographs, under a soft sheet, or with air beneath it. Film from nearer, with "
-        "the sheet pressed flat.",
+        "undecided": "The fringes lack the sharp edges that lenses make, though the page's own edges are sharp enough: "
+        "as in superposed photographs, under a soft sheet, or with air beneath it. Film from nearer, with the sheet "
+        "pressed flat.",
         "pass": "The fringes have sharp edges, as lenses make them.",
         "note": "The picture is too soft to show whether the fringes have the sharp edges that lenses make.",
     }[level]

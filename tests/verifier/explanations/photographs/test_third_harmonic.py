@@ -101,6 +101,8 @@ def test_a_soft_picture_is_no_photograph():
     for spread, level in ((0.0, "undecided"), (0.1, "undecided"), (0.2, "note")):
         share = expected_overtone(lens, lines(), front, front, spread_cycles=spread)
         assert found_in(signal(soft, expected=share))["third_harmonic"].level == level
+    still = signal(0.05 * np.exp(-3j * LAW) + soft, expected=share)
+    assert found_in(still)["third_harmonic"].level == "undecided"
     lens_and_film = third_harmonic_of(signal(TYPICAL * share, expected=share))
     assert lens_and_film is not None and lens_and_film.let_through == pytest.approx(np.exp(-16 * (0.2 * np.pi) ** 2))
     sharp = third_harmonic_of(signal(np.full(FRAMES, TYPICAL) * 0.5, expected=np.full(FRAMES, 0.5 + 0j)))

@@ -79,6 +79,11 @@ class ThirdHarmonic:
         """Whether the fringes have the sharp edges of a badge."""
         return self.surplus >= self.limit
 
+    @property
+    def missed(self) -> bool:
+        """Whether they have not, though the film would show them, or more stays still for sure than turns."""
+        return not self.seen and (self.visible or self.surplus <= -self.limit)
+
 
 def third_harmonic_of(signal: GratingSignal) -> ThirdHarmonic | None:
     """What of a grating's third harmonic turns with the fringes; None where none was looked for, or in too few frames.
