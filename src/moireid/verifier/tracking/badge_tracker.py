@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from moireid.badge import Badge
 from moireid.verifier.picture import Frame, Picture
 from moireid.verifier.tracking.brightness_profiles import ProfileReader
-from moireid.verifier.tracking.edge_spread import ACROSS, EVERY_FRAMES, EdgeReader
+from moireid.verifier.tracking.edge_spread import ACROSS, EVERY_FRAMES
 from moireid.verifier.tracking.finding.markers import faint_turns
 from moireid.verifier.tracking.finding.page_finder import PageFinder
 from moireid.verifier.tracking.finding.page_groups import same_page
@@ -71,17 +71,11 @@ class BadgeTracker:
     """
 
     def __init__(
-        self,
-        badge: Badge,
-        finder: PageFinder,
-        registrar: PageRegistrar,
-        reader: ProfileReader,
-        edges: EdgeReader,
-        purses: Purses,
+        self, badge: Badge, finder: PageFinder, registrar: PageRegistrar, reader: ProfileReader, purses: Purses
     ) -> None:
-        """Parameters: finder, registrar, reader, edges: made for the badge's layout; purses: of the whole scene."""
+        """Parameters: finder, registrar, reader: made for the badge's layout; purses: of the whole scene."""
         self._badge, self._finder, self._registrar, self._reader = badge, finder, registrar, reader
-        self._edges, self._purses = edges, purses
+        self._purses = purses
         self.ends, self._template, self._faint = TrackEnds(), KeptTemplate(registrar.printer), faint_turns()
         self._shaken = ShakenFollower(registrar, self._template, self.ends)
         self._corners_mm = marker_corners_mm(badge.markers)
@@ -273,7 +267,7 @@ class BadgeTracker:
         self._measured.append(MeasuredFrame(frame.index, frame.time_s, registration, seen[self._uniform]))
         self._cells.offer(seen[~self._uniform])
         if self.tracked % EVERY_FRAMES == 0:
-            self._edge_sum += self._edges.read(luma, registration.homography)
+            self._edge_sum += self._reader.edges.read(luma, registration.homography)
         self._lap("profiles")
         # Only a clearly better frame is straightened again, or a steady film would do it all the time.
         if registration.correlation > self._best + 0.003:
@@ -353,7 +347,7 @@ class BadgeTracker:
             vague=np.array(vague) if any(max(pair) > 1 for pair in vague) else None,
             stages_s=dict(self._stages),
             passed=self.passed,
-            spread_mm=self._edges.spread_mm(self._edge_sum),
+            spread_mm=self._reader.edges.spread_mm(self._edge_sum),
         )
 
     def take(self, keep: int = 0) -> Track:

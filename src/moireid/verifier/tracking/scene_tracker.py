@@ -30,7 +30,6 @@ from moireid.verifier.picture import Frame, Picture
 from moireid.verifier.tracking.badge_tracker import BadgeTracker
 from moireid.verifier.tracking.borders import borders_of
 from moireid.verifier.tracking.brightness_profiles import ProfileReader
-from moireid.verifier.tracking.edge_spread import EdgeReader
 from moireid.verifier.tracking.finding.coded_frames import FrameFinder
 from moireid.verifier.tracking.finding.markers import MarkerFinder, faint_turns, tiles_of
 from moireid.verifier.tracking.finding.page_finder import EitherWay, PageFinder
@@ -76,7 +75,7 @@ class SceneTracker:
         """Raises: SpecError where a row of the badge is too small to be read."""
         self._badge = badge
         self._finder, self._registrar = finder_of(badge.markers), PageRegistrar(badge.markers, borders_of(badge))
-        self._reader, self._edges = ProfileReader(badge), EdgeReader(badge.markers)
+        self._reader = ProfileReader(badge)
         self._template, self._faint = KeptTemplate(self._registrar.printer), faint_turns()
         self._corners_mm = marker_corners_mm(badge.markers)
         self._motion = PageMotion(badge)
@@ -129,7 +128,7 @@ class SceneTracker:
         self.unsearched_s = max(self.unsearched_s, frame.time_s - self._looked_s)
 
     def _new_tracker(self) -> BadgeTracker:
-        return BadgeTracker(self._badge, self._finder, self._registrar, self._reader, self._edges, self._purses)
+        return BadgeTracker(self._badge, self._finder, self._registrar, self._reader, self._purses)
 
     def _places(self) -> list[Array]:
         return [tracker.place for tracker in self.trackers if tracker.place is not None]
