@@ -14,7 +14,7 @@ import numpy as np
 from moireid.asbuilt import AsBuilt, merge
 from moireid.badge import Badge, Lens, Markers
 from moireid.bringup.build_folder import Figure, good_or, unknown
-from moireid.lenticule import RAYS, trace_mm
+from moireid.lenticule import view_law
 from moireid.sheets import air_mm_per_gain, effective_gap_mm
 from moireid.verifier.picture import LINEAR_COUNTS
 from moireid.verifier.session.refusal import BENT_PER_M, MOST_CONTRAST, OFF_MM
@@ -89,7 +89,7 @@ def _air(found: AsBuilt, badge: Badge, thickness: Figure | None) -> Figure:
 def _focus(built: Sequence[AsBuilt], badge: Badge) -> Figure:
     """Focus, from the third harmonic: lenses that focus on the page show its lines with sharp edges.
 
-    Source: `lenticule.trace_mm`; Fourier series of lines that cover a share d: |sin 3 pi d| / (3 sin pi d).
+    Source: `lenticule.view_law`; Fourier series of lines that cover a share d: |sin 3 pi d| / (3 sin pi d).
     """
     seen = [one.third_harmonic for one in built if one.third_harmonic is not None]
     if not seen:
@@ -110,11 +110,8 @@ def third_harmonic_expected(lens: Lens, pitch_mm: float, duty: float) -> float:
 
     Parameters: pitch_mm, duty: of the printed lines.
     """
-    across = ((np.arange(RAYS) + 0.5) / RAYS - 0.5) * lens.pitch_mm
-    zero = np.zeros(RAYS)
-    landed, _ = trace_mm(lens, across, zero, zero)
-    landed = landed[np.isfinite(landed)]
-    first, third = (abs(np.mean(np.exp(2j * math.pi * k * landed / pitch_mm))) for k in (1, 3))
+    zero = np.zeros(1)
+    first, third = (float(view_law(lens, pitch_mm / k).contrast_kept(zero, zero)[0]) for k in (1, 3))
     return float(abs(math.sin(3 * math.pi * duty)) / (3 * abs(math.sin(math.pi * duty))) * third / max(first, 1e-9))
 
 

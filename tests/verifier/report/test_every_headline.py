@@ -194,7 +194,7 @@ def evidence(badge: Badge, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> I
     yield [photographs._at_one_distance(Spacing(0.0, 0.01))]
     turned = SimpleNamespace(seen=True, photographs=3, certain=0.5)
     yield [photographs._in_turn(turned)]  # type: ignore[arg-type]
-    soft = SimpleNamespace(seen=False, surplus=0.0, limit=1.0)
+    soft = SimpleNamespace(missed=True, surplus=0.0, limit=1.0)
     yield [photographs._superposed(soft)]  # type: ignore[arg-type]
     yield read(None, ADA)
     yield read(ADA, badge.id)

@@ -203,7 +203,7 @@ def judge(
         if not page_off:
             reasons += findings.rivals(table, moving, tests[0])  # Step 6.
         if whole and not page_off:
-            harmonic = softest(moved, sheet)
+            harmonic = softest(moved)
             reasons += photographs(spacing, moved, harmonic)  # Step 7.
     return Invariant(
         worst(reasons),

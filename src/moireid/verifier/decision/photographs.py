@@ -17,7 +17,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from moireid.verifier import limits
-from moireid.verifier.decision.sheet_gain import DESIGNED, SheetGain
 from moireid.verifier.explanations.photographs.cross_fade import CrossFade, cross_fade_of
 from moireid.verifier.explanations.photographs.fringe_spacing import Spacing
 from moireid.verifier.explanations.photographs.third_harmonic import ThirdHarmonic, third_harmonic_of
@@ -25,11 +24,10 @@ from moireid.verifier.fringes.grating_signal import GratingSignal
 from moireid.verifier.reasons import Level, Reason
 
 
-def softest(moved: Sequence[GratingSignal], sheet: SheetGain = DESIGNED) -> ThirdHarmonic | None:
-    """The third harmonic of the grating that has least of what its sheet must have; None where it is not known."""
-    share = sheet.least_overtone / limits.MIN_OVERTONE_CONTRASTS
-    harmonics = [one.asked(share) for signal in moved if (one := third_harmonic_of(signal)) is not None]
-    return min(harmonics, key=lambda one: one.surplus / one.limit, default=None)
+def softest(moved: Sequence[GratingSignal]) -> ThirdHarmonic | None:
+    """The third harmonic of the grating that has least of it, first of those that miss it; None if not known."""
+    harmonics = [one for signal in moved if (one := third_harmonic_of(signal)) is not None]
+    return min(harmonics, key=lambda one: (not one.missed, one.surplus / one.limit), default=None)
 
 
 def photographs(
@@ -68,10 +66,12 @@ def _in_turn(fade: CrossFade) -> Reason:
 
 
 def _superposed(harmonic: ThirdHarmonic) -> Reason:
-    text = "The fringes have sharp edges, as lenses make them."
-    if not harmonic.seen:
-        text = "The fringes lack the sharp edges that lenses make, as in a blurred picture, in superposed "
-        text += "photographs, or under a sheet with air beneath it. "
-        text += "Film from nearer, in focus, with the sheet pressed flat."
-    level: Level = "pass" if harmonic.seen else "undecided"
+    level: Level = "undecided" if harmonic.missed else "pass" if harmonic.seen else "note"
+    text = {
+        "undecided": "The fringes lack the sharp edges that lenses make, though the page's own edges are sharp enough: "
+        "as in superposed photographs, under a soft sheet, or with air beneath it. Film from nearer, with the sheet "
+        "pressed flat.",
+        "pass": "The fringes have sharp edges, as lenses make them.",
+        "note": "The picture is too soft to show whether the fringes have the sharp edges that lenses make.",
+    }[level]
     return Reason("third_harmonic", level, harmonic.surplus, harmonic.limit, "contrasts", text)

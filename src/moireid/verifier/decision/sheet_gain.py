@@ -1,4 +1,4 @@
-"""What gain and sharpness a badge's sheet has: as designed, as measured at enrolment, or still to be measured.
+"""What gain a badge's sheet has: as designed, as measured at enrolment, or still to be measured.
 
 Gain is a property of the built badge: sheets of one pitch are sold in several thicknesses, and air between sheet and
 page lets fringes move farther still.  So a badge that was never measured may have any gain that a sheet as sold can
@@ -23,12 +23,11 @@ from moireid.verifier.reasons import Level, Reason
 
 @dataclass(frozen=True)
 class SheetGain:
-    """The gain and the sharpness that a badge's sheet is expected to have.
+    """The gain that a badge's sheet is expected to have.
 
     expected: over the design; sd: its standard deviation as a share; room: what may be accepted at most, least and
     greatest; handled: gains that assembly and a shop's sheet can give, or None; measured:
-    whether the film is to measure the gain, and any within the room will do; built: whether `expected` was measured;
-    least_overtone: of the third harmonic, from the front, contrasts.
+    whether the film is to measure the gain, and any within the room will do; built: whether `expected` was measured.
     """
 
     expected: float = 1.0
@@ -37,7 +36,6 @@ class SheetGain:
     handled: tuple[float, float] | None = None
     measured: bool = False
     built: bool = False
-    least_overtone: float = limits.MIN_OVERTONE_CONTRASTS
 
     @property
     def reach(self) -> tuple[float, float]:
@@ -109,17 +107,12 @@ def as_built(badge: Badge, built: AsBuilt) -> SheetGain:
     """Of a badge that was measured when it was enrolled."""
     gain = built.gain_ratio
     low, high = _handled(badge)
-    # Of a soft sheet a third of what it showed is asked, as of one as designed.
-    shown = math.inf if built.third_harmonic is None else built.third_harmonic / 3
-    least = min(limits.MIN_OVERTONE_CONTRASTS, max(limits.LEAST_OVERTONE_CONTRASTS, shown))
-    handled = (low / gain, high / gain)
-    return SheetGain(gain, built.gain_sd / gain, handled=handled, built=True, least_overtone=least)
+    return SheetGain(gain, built.gain_sd / gain, handled=(low / gain, high / gain), built=True)
 
 
 def to_measure() -> SheetGain:
     """Of a badge that is being enrolled."""
-    least = limits.LEAST_OVERTONE_CONTRASTS
-    return replace(DESIGNED, room=limits.ENROLLED_GAINS, measured=True, least_overtone=least)
+    return replace(DESIGNED, room=limits.ENROLLED_GAINS, measured=True)
 
 
 def _handled(badge: Badge) -> tuple[float, float]:

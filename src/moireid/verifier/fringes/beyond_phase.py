@@ -61,8 +61,10 @@ def depth_law(
     return DepthLaw(score, information, power)
 
 
-def expected_overtone(lens: Lens, grating: Grating, tan_x: Array, tan_y: Array) -> NDArray[np.complex128]:
-    """The third harmonic that the optics let through, against that of half-wide lines seen from the front.
+def expected_overtone(
+    lens: Lens, grating: Grating, tan_x: Array, tan_y: Array, *, spread_cycles: float = 0.0
+) -> NDArray[np.complex128]:
+    """The third harmonic that optics and picture let through, against that of half-wide lines seen from the front.
 
     Parameters
     ----------
@@ -70,18 +72,21 @@ def expected_overtone(lens: Lens, grating: Grating, tan_x: Array, tan_y: Array) 
         As issued.
     tan_x, tan_y : (T,) arrays
         Tangents of the view at the grating's middle, in its own frame; signs as in `moireid.optics`.
+    spread_cycles : float
+        Standard deviation of the picture's line spread along the axis, in fringes (`tracking.edge_spread`).
 
     Returns
     -------
     (T,) complex array
         In contrasts, its phase less three times the fundamental's; 1 for lines that are as wide as the gaps, from the
-        front.  From the side a sheet is out of focus, so it is smaller there, and turned.
+        front, in a sharp picture.  From the side a sheet is out of focus, so it is smaller there, and turned.
 
     Notes
     -----
     Source: the response H of the front layer to lines of the pitch and of a third of it (`lenticule.view_law`).
     Fourier coefficients of a rectangle of width d are sin(3 pi d) / (3 sin(pi d)), a third where d is a half; a mask's
-    openings add a like factor.
+    openings add a like factor.  Modulation transfer of a Gaussian spread s at a frequency f: exp(-2 (pi s f)^2), at 3 f
+    over that at f.
     """
     widths = [float(np.mean([cell.duty for cell in grating.cells]))]
     if lens.open_fraction is not None:
@@ -92,7 +97,8 @@ def expected_overtone(lens: Lens, grating: Grating, tan_x: Array, tan_y: Array) 
     laws = (view_law(lens, grating.pitch_mm / harmonic) for harmonic in (1, 3))
     (first, turn), (third, thrice) = ((law.contrast_kept(*views), law.phase_rad(*views)) for law in laws)
     overtone = third / np.maximum(first, 1e-9) * np.exp(1j * (thrice - 3 * turn))
-    return np.asarray(lines * overtone[:-1] / max(abs(overtone[-1]), 1e-9))
+    transfer = np.exp(-16 * (np.pi * spread_cycles) ** 2)
+    return np.asarray(transfer * lines * overtone[:-1] / max(abs(overtone[-1]), 1e-9))
 
 
 def mean_overtone(strips: Sequence[StripPhase]) -> NDArray[np.complex128]:

@@ -205,7 +205,7 @@ def _grating_signal(
         doubt=poses.doubt,
         zoom=poses.camera.zoom,
         mixed_share=_mixed(own, known, track, frame, middle) if own else 0.0,
-        beyond=_beyond(own, known, track, grating, tangents, poses.page_mm.mean(axis=0)) if own else None,
+        beyond=_beyond(own, known, track, frame, grating, tangents, poses.page_mm.mean(axis=0)) if own else None,
         lens_room=poses.camera.lens_room,
         steep=np.linalg.norm(tangents, axis=1) > limits.STEEP_TANGENT,
     )
@@ -215,6 +215,7 @@ def _beyond(
     strips: list[StripPhase],
     known: NDArray[np.bool_],
     track: Track,
+    frame: OwnFrame,
     grating: Grating,
     tangents: Array,
     middle_mm: Array,
@@ -226,12 +227,13 @@ def _beyond(
     """
     depth = (np.sum(series, axis=0) for series in zip(*(strip.depth for strip in strips if strip.depth), strict=True))
     place = track.homographies @ np.append(middle_mm, 1.0)
+    spread_cycles = float(frame.spreads(track.spread_mm)[0] * np.mean([strip.frequency_per_mm for strip in strips]))
     return BeyondPhase(
         np.mean([strip.predicted_rad for strip in strips], axis=0),
         DepthLaw(*(np.where(known, values, 0.0) for values in depth)),
         mean_overtone(strips),
         place[:, :2] / place[:, 2:],
-        expected_overtone(track.badge.lens, grating, *tangents.T),
+        expected_overtone(track.badge.lens, grating, *tangents.T, spread_cycles=spread_cycles),
     )
 
 

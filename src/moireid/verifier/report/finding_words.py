@@ -134,8 +134,8 @@ OPEN = {
     "parts": Words("parts of the badge do not quite agree", NEARER),
     "spacing": Words("the fringes do not follow the distance, as after a zoom", ORIGINAL),
     "third_harmonic": Words(
-        "the fringes look soft, as in a blurred or mixed picture",
-        "Ask for another film from nearer and in focus. A sheet that does not lie flat makes soft fringes too.",
+        "the fringes look soft, and the page does not",
+        "Ask for another film from nearer. A sheet that does not lie flat makes soft fringes.",
     ),
     "cross_fade": Words(
         "the fringes change as those of a few photographs do",

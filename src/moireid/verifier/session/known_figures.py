@@ -120,12 +120,11 @@ def checked_figures(document: object, badge: Badge) -> AsBuilt:
 
 
 def _says_more(new: AsBuilt, known: AsBuilt) -> bool:
-    """Whether figures say what the known ones do not, and are as certain and as sharp in all else."""
+    """Whether figures say what the known ones do not, and are as certain in all else."""
     more = bool(new.place_maps and not known.place_maps) or (new.witnessed and not known.witnessed)
     sure = all(getattr(new, sd) <= LESS_SURE_RATIO * getattr(known, sd) for *_, sd in FIGURES)
-    sharp = (new.third_harmonic or 0.0) >= (known.third_harmonic or 0.0) / LESS_SURE_RATIO
     keeps = (bool(new.place_maps) or not known.place_maps) and new.witnessed >= known.witnessed
-    return more and keeps and sure and sharp
+    return more and keeps and sure
 
 
 def side_by_side(pairs: tuple[FigurePair, ...]) -> list[str]:

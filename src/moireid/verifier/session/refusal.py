@@ -15,10 +15,10 @@ from moireid.verifier.fringes.signals import Measurement
 from moireid.verifier.measuring import MAP_SDS
 
 #: From here on a figure may explain a refusal: twist of the page, 1/m; lenses off their places, mm root mean square;
-#: gain over the design, as a share; third harmonic and contrast of the fringes, over the most that they can have.
-BENT_PER_M, OFF_MM, GAIN_OFF_SHARE, LEAST_OVERTONE, LEAST_CONTRAST = 0.25, 0.04, 0.1, 0.15, 0.15
-#: Fundamental of a square wave over its mean, and its third harmonic over the fundamental.
-MOST_CONTRAST, MOST_OVERTONE = 4 / math.pi, 1 / 3
+#: gain over the design, as a share; contrast of the fringes, over the most that they can have.
+BENT_PER_M, OFF_MM, GAIN_OFF_SHARE, LEAST_CONTRAST = 0.25, 0.04, 0.1, 0.15
+#: Fundamental of a square wave over its mean.
+MOST_CONTRAST = 4 / math.pi
 
 
 def build_findings(measurement: Measurement, badge: Badge, gain: float | None) -> list[str]:
@@ -33,8 +33,8 @@ def build_findings(measurement: Measurement, badge: Badge, gain: float | None) -
     gain : float or None
         How far its fringes move, over the design, if that was measured.
     """
-    found = [_flatness(measurement), _wander(measurement, badge), _gap(badge, gain), _sharpness(measurement)]
-    return [sentence for sentence in (*found, _contrast(measurement)) if sentence]
+    found = [_flatness(measurement), _wander(measurement, badge), _gap(badge, gain), _contrast(measurement)]
+    return [sentence for sentence in found if sentence]
 
 
 def _flatness(measurement: Measurement) -> str:
@@ -65,19 +65,6 @@ def _gap(badge: Badge, gain: float | None) -> str:
     return (
         f"Fringes move {gain:.2f} times as far as designed, as under a sheet of {gain * badge.lens.thickness_mm:.2f} mm"
         f"{as_air}."
-    )
-
-
-def _sharpness(measurement: Measurement) -> str:
-    sizes = [np.abs(signal.beyond.overtone) for signal in measurement.gratings if signal.beyond is not None]
-    # It is 0 where a row is too short to show it.
-    size = np.concatenate([one[one > 0] for one in sizes]) if sizes else np.zeros(0)
-    value = float(np.median(size)) / MOST_OVERTONE if size.size else 1.0
-    if value >= LEAST_OVERTONE:
-        return ""
-    return (
-        f"Fringes are soft: their third harmonic is {value:.0%} of the most. So look a sheet for flip pictures, air "
-        "beneath the sheet, lines that ran wide, and a film from too far or out of focus."
     )
 
 

@@ -9,6 +9,7 @@ borders.py              the gratings' borders, where only two markers are seen
 smeared_frames.py       frames that motion smeared
 marker_readings.py      how often the markers of a doubtful page are read
 brightness_profiles.py  brightness along each row
+edge_spread.py          how sharp the page's edges are
 track.py                what a film shows of one badge
 badge_tracker.py        one badge over the frames
 sampling.py             a picture read at places of the page

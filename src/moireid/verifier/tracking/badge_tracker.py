@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from moireid.badge import Badge
 from moireid.verifier.picture import Frame, Picture
 from moireid.verifier.tracking.brightness_profiles import ProfileReader
+from moireid.verifier.tracking.edge_spread import ACROSS, EVERY_FRAMES
 from moireid.verifier.tracking.finding.markers import faint_turns
 from moireid.verifier.tracking.finding.page_finder import PageFinder
 from moireid.verifier.tracking.finding.page_groups import same_page
@@ -102,6 +103,8 @@ class BadgeTracker:
         self.frames_read = 0
         self._measured: list[MeasuredFrame] = []
         self._cells = EvenSample()
+        #: Sum of the page's edges.
+        self._edge_sum = np.zeros((2, ACROSS))
         self._snapshot: NDArray[np.uint8] | None = None
         self._best, self._clock = 0.0, 0.0
         self._stages = dict.fromkeys(("find", "register", "shaken", "profiles", "snapshot"), 0.0)
@@ -263,6 +266,8 @@ class BadgeTracker:
         self.shown += scale_px_per_mm(registration.homography, self._middle) ** 2
         self._measured.append(MeasuredFrame(frame.index, frame.time_s, registration, seen[self._uniform]))
         self._cells.offer(seen[~self._uniform])
+        if self.tracked % EVERY_FRAMES == 0:
+            self._edge_sum += self._reader.edges.read(luma, registration.homography)
         self._lap("profiles")
         # Only a clearly better frame is straightened again, or a steady film would do it all the time.
         if registration.correlation > self._best + 0.003:
@@ -342,6 +347,7 @@ class BadgeTracker:
             vague=np.array(vague) if any(max(pair) > 1 for pair in vague) else None,
             stages_s=dict(self._stages),
             passed=self.passed,
+            spread_mm=self._reader.edges.spread_mm(self._edge_sum),
         )
 
     def take(self, keep: int = 0) -> Track:
@@ -353,6 +359,7 @@ class BadgeTracker:
         gone = max(self.tracked - keep, 0)
         del self._measured[:gone]
         self._cells.drop(gone)
+        self._edge_sum[:] = 0.0
         self.frames_read, self.passed, self._best = 0, 0, 0.0
         self._stages = dict.fromkeys(self._stages, 0.0)
         return track

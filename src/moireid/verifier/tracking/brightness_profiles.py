@@ -20,6 +20,7 @@ from moireid.layers import is_smooth
 from moireid.smooth_lines import cell_rows, rims_mm
 from moireid.verifier.kernel.page import PageRows, Points
 from moireid.verifier.picture import Picture, as_picture
+from moireid.verifier.tracking.edge_spread import EdgeReader
 from moireid.verifier.tracking.registration import FOLLOWED_CORRELATION
 
 MAX_STRIP_MM = 10.0
@@ -67,6 +68,7 @@ class ProfileReader:
 
     def __init__(self, badge: Badge) -> None:
         self.strips: list[Strip] = []
+        self.edges = EdgeReader(badge.markers)
         rows = [(g, cells) for g, grating in enumerate(badge.gratings) for cells in cell_rows(grating)]
         spans = [_span(badge.gratings[g], cells) for g, cells in rows]
         longest = max(high - low for low, high, _, _ in spans)

@@ -24,7 +24,8 @@ class Track:
     (K, N) for a row of phase cells, in the K frames `cell_frames`; snapshot: the rectified board of the best registered
     frame, for people to look at; mirrored: whether the film is mirrored (a self-view), and was unmirrored before the
     measurement; vague (T, 2): as `Registration.vague`, None if it is 1 everywhere;
-    passed: frames that show the badge as their neighbours do, and were not measured.
+    passed: frames that show the badge as their neighbours do, and were not measured; spread_mm (2,): of the page's
+    edges, as `EdgeReader.spread_mm`.
     """
 
     badge: Badge
@@ -42,6 +43,7 @@ class Track:
     vague: Array | None = None
     stages_s: dict[str, float] = field(default_factory=dict)
     passed: int = 0
+    spread_mm: Array = field(default_factory=lambda: np.zeros(2))
 
     @property
     def tracked(self) -> int:

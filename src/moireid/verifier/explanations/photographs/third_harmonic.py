@@ -8,6 +8,9 @@ are gone.
 A true badge has a little that stays still too: the printer's dots make lines wider here and narrower there, and where
 that beats at a third of a fringe it is read as third harmonic.  Dirt and uneven lenses do the same.
 
+Views from aside and a soft picture take from a badge's third harmonic too.  How much is known, from the optics and from
+the page's printed edges; where noise hides what is left, a film shows nothing.
+
 Convention: contrasts, as `StripPhase.overtone`; seen from the fringes, what turns with them rests, and what stays still
 turns back by three turns in each of theirs.  A view is a fringe phase that differs from others by `REST_RAD`; it counts
 once, however long it is seen, so that a badge may rest.
@@ -17,20 +20,14 @@ Source: Fourier series; sampling at three places a turn takes the third harmonic
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from moireid.verifier.explanations.photographs.fringe_spacing import in_one_turn
 from moireid.verifier.fringes.grating_signal import GratingSignal
-from moireid.verifier.limits import (
-    LEAST_OVERTONE_CONTRASTS,
-    MIN_OVERTONE_CONTRASTS,
-    PHOTOGRAPH_SDS,
-    REST_RAD,
-    WINDOW_FRAMES,
-)
+from moireid.verifier.limits import LEAST_OVERTONE_CONTRASTS, PHOTOGRAPH_SDS, REST_RAD, WINDOW_FRAMES
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -39,6 +36,8 @@ Complex = NDArray[np.complex128]
 MOST_LASTING_FRAMES = 4.0
 #: Optics that let through less than this let nothing through but rounding errors.
 LEAST_EXPECTED = 1e-6
+#: The third harmonic of two gratings of half-wide lines, contrasts; lenses that focus have more.
+GRATINGS_CONTRASTS = 1 / 9
 
 
 @dataclass(frozen=True)
@@ -46,24 +45,19 @@ class ThirdHarmonic:
     """What of the third harmonic turns with the fringes, how much does not, and their error; contrasts.
 
     still: what stays still, and what turns as a mirror image does.
-    least: by how much the first is more than the second on a badge, at least; sd: standard deviation of either;
-    let_through: share of it that the optics let through from this side, 1 from the front.
+    sd: standard deviation of either; let_through: share of it that optics and picture let through, 1 for a sharp film
+    from the front.
     """
 
     size: complex
     still: float
-    least: float
     sd: float
     let_through: float = 1.0
-
-    def asked(self, share: float) -> ThirdHarmonic:
-        """The same where that share of `least` is asked for."""
-        return replace(self, least=_at_least(share * self.least))
 
     @property
     def limit(self) -> float:
         """Of the surplus that is surely a badge's."""
-        return math.hypot(self.least, PHOTOGRAPH_SDS * self.sd)
+        return math.hypot(LEAST_OVERTONE_CONTRASTS, PHOTOGRAPH_SDS * self.sd)
 
     @property
     def surplus(self) -> float:
@@ -71,20 +65,31 @@ class ThirdHarmonic:
         return abs(self.size) - self.still
 
     @property
+    def visible(self) -> bool:
+        """Whether the film would show the edges of a badge's fringes."""
+        return GRATINGS_CONTRASTS * self.let_through >= self.limit
+
+    @property
     def from_front(self) -> float | None:
-        """The surplus as the badge would show it from the front; None where the optics let nothing through."""
-        return self.surplus / self.let_through if self.let_through > 0 else None
+        """The surplus as a sharp film would show it from the front; None where this one shows nothing."""
+        return self.surplus / self.let_through if self.visible else None
 
     @property
     def seen(self) -> bool:
         """Whether the fringes have the sharp edges of a badge."""
         return self.surplus >= self.limit
 
+    @property
+    def missed(self) -> bool:
+        """Whether they have not, though the film would show them, or more stays still for sure than turns."""
+        return not self.seen and (self.visible or self.surplus <= -self.limit)
+
 
 def third_harmonic_of(signal: GratingSignal) -> ThirdHarmonic | None:
     """What of a grating's third harmonic turns with the fringes; None where none was looked for, or in too few frames.
 
-    Less is asked of lines that are not half as wide as their pitch, and of views from the side (`expected_overtone`).
+    Less is expected of lines that are not half as wide as their pitch, of views from the side, and of soft pictures
+    (`expected_overtone`).
     """
     used = np.isfinite(signal.phase_sd_rad)
     if signal.beyond is None or used.sum() < WINDOW_FRAMES or not signal.beyond.overtone[used].any():
@@ -103,9 +108,8 @@ def third_harmonic_of(signal: GratingSignal) -> ThirdHarmonic | None:
     noise = float(np.vdot(left, left).real) / max(len(left) - 3, 1) * _lasting_frames(left)
     own, of_still, of_mirrored = noise * np.diag(np.linalg.pinv(table.conj().T @ table)).real
     mirror = math.sqrt(max(abs(complex(found[2])) ** 2 - of_mirrored, 0.0))
-    least = _at_least(MIN_OVERTONE_CONTRASTS * min(usual, 1.0))
     still_size = abs(complex(found[1])) + mirror
-    return ThirdHarmonic(complex(found[0]), still_size, least, math.sqrt(own + of_still), min(usual, 1.0))
+    return ThirdHarmonic(complex(found[0]), still_size, math.sqrt(own + of_still), min(usual, 1.0))
 
 
 def _share_of_view(phase_rad: Array) -> Array:
@@ -113,12 +117,6 @@ def _share_of_view(phase_rad: Array) -> Array:
     phase = np.sort(phase_rad)
     alike = np.searchsorted(phase, phase_rad + REST_RAD, "right") - np.searchsorted(phase, phase_rad - REST_RAD, "left")
     return np.asarray(1 / alike)
-
-
-def _at_least(contrasts: float) -> float:
-    """What is asked for, bounded from below; 0 of lines that have no third harmonic at all."""
-    none = contrasts <= LEAST_EXPECTED * MIN_OVERTONE_CONTRASTS
-    return 0.0 if none else max(contrasts, LEAST_OVERTONE_CONTRASTS)
 
 
 def _lasting_frames(left: Complex) -> float:
