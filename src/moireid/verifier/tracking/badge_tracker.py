@@ -154,11 +154,21 @@ class BadgeTracker:
             rows = None
             registration = self._paid(self._purses.near, partial(self._outlined, luma, expected))
             self._lap("find")
+        elif registration is not None and self._hides_more(registration):
+            # A start that was too far away hides markers as a hand does.
+            seen = self._unsmeared(frame, luma)
+            if seen is not None and seen.vague < registration.vague:
+                registration, rows = seen, None
         self.smeared = registration is None
         # Where readings of the markers agree with registration, they come first (`seek`).
         if registration is None and not self._readings.agree:
             registration = self._unsmeared(frame, luma)
         return self._taken_in(frame, luma, registration, taken, expected, rows)
+
+    def _hides_more(self, registration: Registration) -> bool:
+        """Whether less of the page is visible than in the last frame that was measured."""
+        before = self._measured[-1].registration.vague if self._measured else (1.0, 1.0)
+        return max(registration.vague) > max(before)
 
     def _unsmeared(self, frame: Frame, luma: Picture) -> Registration | None:
         """The smeared page near its expected place."""
