@@ -34,6 +34,7 @@ from moireid.verifier.tracking.frame_skipping import (
     strips_differ,
 )
 from moireid.verifier.tracking.marker_readings import MarkerReadings
+from moireid.verifier.tracking.patch_search import registered
 from moireid.verifier.tracking.patches import marker_corners_mm
 from moireid.verifier.tracking.registration import KeptTemplate, PageRegistrar, Registration, scale_px_per_mm
 from moireid.verifier.tracking.sampling import EvenSample, hull_of, part_around
@@ -242,7 +243,7 @@ class BadgeTracker:
         self._stages["find"] += seconds
 
     def _registered(self, luma: Picture, page: Array) -> Registration | None:
-        return self._registrar.register(luma, page, self._template.at(page))
+        return registered(self._registrar, luma, page, self._template.at(page))
 
     def _is_one_of(self, page: Array, taken: Sequence[Array]) -> bool:
         return any(same_page(page, other, self._corners_mm) for other in taken)

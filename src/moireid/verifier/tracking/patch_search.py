@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from moireid.verifier.kernel.page import correlations
 from moireid.verifier.picture import Picture
 from moireid.verifier.tracking.print_template import Template
-from moireid.verifier.tracking.registration import PageRegistrar
+from moireid.verifier.tracking.registration import PageRegistrar, Registration
 from moireid.verifier.tracking.search_work import MATCHED_NS, SOUGHT_NS
 
 Array = NDArray[np.float64]
@@ -23,6 +23,18 @@ Array = NDArray[np.float64]
 MODULE_BLOCKS, LEAST_BLOCKS = 2.0, 4
 #: Correlation from which a square is taken for seen where it is by itself.
 SEEN = 0.65
+#: The rest of a page is this near to where one or two of its markers put it, modules.
+REACH_MODULES = 8.0
+
+
+def registered(registrar: PageRegistrar, picture: Picture, start: Array, template: Template) -> Registration | None:
+    """As `PageRegistrar.register`; where not all of the page is visible from that start, its parts are sought too."""
+    found = registrar.register(picture, start, template)
+    if found is not None and found.vague == (1.0, 1.0):
+        return found
+    score, place = sought(registrar, picture.in_light, start, template, REACH_MODULES)
+    other = registrar.register(picture, place, template) if score >= SEEN else None
+    return other if found is None or (other is not None and other.vague < found.vague) else found
 
 
 def sought(

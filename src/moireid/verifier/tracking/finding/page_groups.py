@@ -109,12 +109,17 @@ def where_it_was(quads_px: Array, index: Sequence[int], corners_mm: Array, befor
 
 
 def moved_page(quads_px: Array, index: Sequence[int], corners_mm: Array, before: Array) -> Array | None:
-    """The page as it was a moment ago, turned, scaled and shifted in the picture onto two markers; None for others.
+    """The page as it was a moment ago, turned, scaled and shifted in the picture onto two markers, or shifted onto one;
+    None for others.
 
     Two markers show a page's tilt poorly, and registration by the gratings' borders begins only from within a pixel.
     Parameters: as `pages_of`, and before: homography page mm -> px of a recent frame.
     Source: least squares over the eight corners; tilt and perspective stay those of the recent frame.
     """
+    if len(quads_px) == 1:
+        x, y = quads_px[0].mean(axis=0) - _outline(before, corners_mm)[index[0]]
+        shifted = np.array([[1.0, 0.0, x], [0.0, 1.0, y], [0.0, 0.0, 1.0]]) @ before
+        return np.asarray(shifted / shifted[2, 2])
     if len(quads_px) != 2 or index[0] == index[1]:
         return None
     then = cv2.perspectiveTransform(corners_mm[list(index)].reshape(-1, 1, 2), before)
@@ -123,6 +128,25 @@ def moved_page(quads_px: Array, index: Sequence[int], corners_mm: Array, before:
         return None
     moved = np.vstack([similar, [0.0, 0.0, 1.0]]) @ before
     return np.asarray(moved / moved[2, 2])
+
+
+def pages_of_one(quad_px: Array, square_mm: Array, focal_px: float) -> list[Array]:
+    """The two pages that one marker (4, 2) may be of, by a camera of about that focal length that looks at it.
+
+    Source: a small square is seen alike from two sides (Collins and Bartoli, Infinitesimal Plane-Based Pose Estimation,
+    2014), as OpenCV solves it.
+    """
+    middle_mm, middle_px = square_mm.mean(axis=0), quad_px.mean(axis=0)
+    solid = np.column_stack([square_mm - middle_mm, np.zeros(4)])
+    lens = np.array([[focal_px, 0.0, middle_px[0]], [0.0, focal_px, middle_px[1]], [0.0, 0.0, 1.0]])
+    _, turns, places, _ = cv2.solvePnPGeneric(solid, quad_px.reshape(-1, 1, 2), lens, None, flags=cv2.SOLVEPNP_IPPE)
+    from_page = np.array([[1.0, 0.0, -middle_mm[0]], [0.0, 1.0, -middle_mm[1]], [0.0, 0.0, 1.0]])
+    found = []
+    for turn, place in zip(turns, places, strict=True):
+        page = lens @ np.column_stack([cv2.Rodrigues(turn)[0][:, :2], place]) @ from_page
+        if np.all(np.isfinite(page)) and page[2, 2] != 0:
+            found.append(np.asarray(page / page[2, 2]))
+    return found
 
 
 def _largest_group(
