@@ -23,14 +23,16 @@ Array = NDArray[np.float64]
 MODULE_BLOCKS, LEAST_BLOCKS = 2.0, 4
 #: Correlation from which a square is taken for seen where it is by itself.
 SEEN = 0.65
-#: The rest of a page is this near to where one or two of its markers put it, modules.
-REACH_MODULES = 8.0
+#: The rest of a page is this near to where one or two of its markers put it, modules, if these are smaller than so many
+#: px; larger ones put it near enough for registration.
+REACH_MODULES, SMALL_PX = 8.0, 4.0
 
 
 def registered(registrar: PageRegistrar, picture: Picture, start: Array, template: Template) -> Registration | None:
     """As `PageRegistrar.register`; where not all of the page is visible from that start, its parts are sought too."""
     found = registrar.register(picture, start, template)
-    if found is not None and found.vague == (1.0, 1.0):
+    small = template.px_per_mm * registrar.printer.module_mm < SMALL_PX
+    if not small or (found is not None and found.vague == (1.0, 1.0)):
         return found
     score, place = sought(registrar, picture.in_light, start, template, REACH_MODULES)
     other = registrar.register(picture, place, template) if score >= SEEN else None

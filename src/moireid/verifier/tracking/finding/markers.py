@@ -149,7 +149,7 @@ class MarkerFinder(PageFinder):
             pages_of(np.array(found, float).reshape(-1, 4, 2), ids, self._corners_mm)
             for found, ids in zip(quads, index, strict=True)
         )
-        if before is None and len(quads[0]) == 1 and not straight:
+        if before is None and len(quads[0]) == 1 and np.ptp(quads[0][0], axis=0).max() < ENLARGE_BELOW_PX:
             straight = pages_of_one(quads[0][0], self._corners_mm[index[0][0]], FOCAL_SHARE * part.width)
         moved = None if before is None else moved_page(np.array(quads[0]), index[0], self._corners_mm, before)
         return straight if moved is None else [*straight, moved], turned
