@@ -2,8 +2,8 @@
 
 A page of 60 x 66 mm, whose markers are then 10 to 16 px wide, and the default board at 2 m, with markers of 19 px, are
 filmed in ordinary and in poor quality, swaying and moved against the camera in turns.  Poses are the weak part there.
-Boards and A6 badges are also filmed at an angle by `outside`, in a hand that moves, by a webcam of 720p: so many px wide
-as they would be from the front, and then turned about an axis.
+Boards and A6 badges are also filmed at an angle by `outside`, in a moving hand, by a webcam of 720p: as many px wide as
+stated when seen from the front, and then turned about an axis.
 
 Printed is what becomes of the films, by how much the predicted phase is wrong over its error bar, in the median film
 and in the worst; of those at an angle, the share of frames that are tracked in the median and in the worst film, and

@@ -115,8 +115,8 @@ class Template:
     """Sample places, their printed brightness and its gradient.
 
     printed: values of each patch about their mean, (n,); gradient: gives the gradient (2, N) of the values, per mm;
-    extent: a unit of the points, mm; drawing: the source of values and gradient; smeared: whether motion smear is
-    drawn; kept_print: as the kernel takes it, made when it is needed.
+    extent: a unit of the points, mm; scales: as `draw`; drawing: the source of values and gradient; smeared: whether
+    motion smear is drawn; kept_print: as the kernel takes it, made when it is needed.
     """
 
     samples: Samples
@@ -151,12 +151,12 @@ class TemplatePrinter:
         self.extent = float(np.abs(self.centers_mm - self.middle).max())
         self.work_ns = 0.0
 
-    def draw(self, px_per_mm: float, *along: float) -> Template:
+    def draw(self, px_per_mm: float, across: float | None = None, down: float | None = None) -> Template:
         """The patches at about one sample per pixel, blurred like a picture.
 
-        Parameters: along: px per mm along x and y, of a slanted page; none where it faces the camera.
+        Parameters: across, down: px per mm along x and y, where the page is slanted, as `scales_px_per_mm`.
         """
-        scales = (px_per_mm, *(along or (px_per_mm, px_per_mm)))
+        scales = px_per_mm, across or px_per_mm, down or px_per_mm
         return self._sampled(scales, self._drawn(*scales), None)
 
     def smeared(self, template: Template, smear_mm: Array) -> Template:
@@ -203,13 +203,13 @@ class TemplatePrinter:
             drawing.samples[counts] = Samples((np.concatenate(points) - self.middle) / self.extent, corners, shapes)
         return drawing.samples[counts]
 
-    def _drawn(self, px_per_mm: float, *along: float) -> PatchDrawing:
+    def _drawn(self, px_per_mm: float, across: float, down: float) -> PatchDrawing:
         reaches = [[half + BORDER_MODULES * self.module_mm for half in patch.half_mm] for patch in self.patches]
         longest = max(max(reach) for reach in reaches)
         limits = SIDE_SAMPLES if longest == min(min(reach) for reach in reaches) else LONG_SAMPLES
         count = int(np.clip(2 * longest * px_per_mm, *limits))
         pitch_mm = 2 * longest / count
-        blurs = [BLUR_PX / scale / pitch_mm * FINE for scale in along]
+        blurs = [BLUR_PX / scale / pitch_mm * FINE for scale in (across, down)]
         border = math.ceil(MOST_MODULES / 2 * self.module_mm / pitch_mm) + 1
         drawn, counts = [], []
         for patch, reach in zip(self.patches, reaches, strict=True):

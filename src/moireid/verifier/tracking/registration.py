@@ -22,7 +22,6 @@ from moireid.badge import Fiducial
 from moireid.verifier.kernel.page import (
     ALL_SEEN,
     LOOSE,
-    OTHER_SCALE,
     READ,
     PagePrint,
     PageRows,
@@ -124,7 +123,10 @@ class KeptTemplate:
     def at(self, homography: Array) -> Template:
         """The template at about the scale and the slant of a homography."""
         scales, kept = scales_px_per_mm(homography, self._printer.middle), self.last
-        if not (kept and all(one / SCALE_STEP < now < one * SCALE_STEP for one, now in zip(kept.scales, scales, strict=True))):
+        if not (
+            kept
+            and all(one / SCALE_STEP < now < one * SCALE_STEP for one, now in zip(kept.scales, scales, strict=True))
+        ):
             kept = self.last = self._printer.draw(*scales)
         return kept
 
@@ -165,12 +167,7 @@ class PageRegistrar:
         Returns: None in place of rows that must be read by themselves, as the page was not certain at once.
         """
         template, struct = kept.at(expected), rows.struct(picture.light)
-        shown = self._prepared(template)
-        state, page = shown.follow(picture.struct, expected, struct, any_scale=False)
-        if state == OTHER_SCALE:
-            template = kept.at(expected)
-            shown = self._prepared(template)
-            state, page = shown.follow(picture.struct, expected, struct)
+        state, page = self._prepared(template).follow(picture.struct, expected, struct)
         found = self._outcome(picture, template, state, page)
         return found, rows.taken() if state & READ else None
 
