@@ -35,6 +35,7 @@ from moireid.verifier.tracking.frame_skipping import (
     strips_differ,
 )
 from moireid.verifier.tracking.marker_readings import MarkerReadings
+from moireid.verifier.tracking.patch_search import registered
 from moireid.verifier.tracking.patches import marker_corners_mm
 from moireid.verifier.tracking.registration import KeptTemplate, PageRegistrar, Registration, scale_px_per_mm
 from moireid.verifier.tracking.sampling import EvenSample, hull_of, part_around
@@ -157,11 +158,21 @@ class BadgeTracker:
             rows = None
             registration = self._paid(self._purses.near, partial(self._outlined, luma, expected))
             self._lap("find")
+        elif registration is not None and self._hides_more(registration):
+            # A start that was too far away hides markers as a hand does.
+            seen = self._unsmeared(frame, luma)
+            if seen is not None and seen.vague < registration.vague:
+                registration, rows = seen, None
         self.smeared = registration is None
         # Where readings of the markers agree with registration, they come first (`seek`).
         if registration is None and not self._readings.agree:
             registration = self._unsmeared(frame, luma)
         return self._taken_in(frame, luma, registration, taken, expected, rows)
+
+    def _hides_more(self, registration: Registration) -> bool:
+        """Whether less of the page is visible than in the last frame that was measured."""
+        before = self._measured[-1].registration.vague if self._measured else (1.0, 1.0)
+        return max(registration.vague) > max(before)
 
     def _unsmeared(self, frame: Frame, luma: Picture) -> Registration | None:
         """The smeared page near its expected place."""
@@ -235,7 +246,7 @@ class BadgeTracker:
         self._stages["find"] += seconds
 
     def _registered(self, luma: Picture, page: Array) -> Registration | None:
-        return self._registrar.register(luma, page, self._template.at(page))
+        return registered(self._registrar, luma, page, self._template.at(page))
 
     def _is_one_of(self, page: Array, taken: Sequence[Array]) -> bool:
         return any(same_page(page, other, self._corners_mm) for other in taken)

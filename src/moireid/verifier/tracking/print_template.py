@@ -115,8 +115,8 @@ class Template:
     """Sample places, their printed brightness and its gradient.
 
     printed: values of each patch about their mean, (n,); gradient: gives the gradient (2, N) of the values, per mm;
-    extent: a unit of the points, mm; drawing: the source of values and gradient; smeared: whether motion smear is
-    drawn; kept_print: as the kernel takes it, made when it is needed.
+    extent: a unit of the points, mm; scales: as `draw`; drawing: the source of values and gradient; smeared: whether
+    motion smear is drawn; kept_print: as the kernel takes it, made when it is needed.
     """
 
     samples: Samples
@@ -124,10 +124,15 @@ class Template:
     printed: list[Single]
     gradient: Callable[[], Single]
     extent: float
-    px_per_mm: float
+    scales: tuple[float, float, float]
     drawing: PatchDrawing
     smeared: bool = False
     kept_print: PagePrint | None = None
+
+    @property
+    def px_per_mm(self) -> float:
+        """Of the area."""
+        return self.scales[0]
 
 
 def printer_of(fiducial: Fiducial) -> TemplatePrinter:
@@ -146,9 +151,13 @@ class TemplatePrinter:
         self.extent = float(np.abs(self.centers_mm - self.middle).max())
         self.work_ns = 0.0
 
-    def draw(self, px_per_mm: float) -> Template:
-        """The patches at about one sample per pixel, blurred like a picture."""
-        return self._sampled(px_per_mm, self._drawn(px_per_mm), None)
+    def draw(self, px_per_mm: float, across: float | None = None, down: float | None = None) -> Template:
+        """The patches at about one sample per pixel, blurred like a picture.
+
+        Parameters: across, down: px per mm along x and y, where the page is slanted, as `scales_px_per_mm`.
+        """
+        scales = px_per_mm, across or px_per_mm, down or px_per_mm
+        return self._sampled(scales, self._drawn(*scales), None)
 
     def smeared(self, template: Template, smear_mm: Array) -> Template:
         """The same template, smeared by motion.
@@ -157,9 +166,9 @@ class TemplatePrinter:
         """
         steps = _smear_steps(float(np.linalg.norm(smear_mm, axis=1).max()), template.drawing.pitch_mm)
         self.work_ns += len(template.values) * (SMEARED_NS + SMEAR_STEP_NS * steps)
-        return self._sampled(template.px_per_mm, template.drawing, smear_mm)
+        return self._sampled(template.scales, template.drawing, smear_mm)
 
-    def _sampled(self, px_per_mm: float, drawing: PatchDrawing, smear_mm: Array | None) -> Template:
+    def _sampled(self, scales: tuple[float, float, float], drawing: PatchDrawing, smear_mm: Array | None) -> Template:
         smears = np.zeros((len(self.patches), 2)) if smear_mm is None else smear_mm
         samples = self._samples(drawing, smears)
         shown = _all_smeared(drawing.pictures, drawing, samples, smears)
@@ -169,7 +178,7 @@ class TemplatePrinter:
             printed=[part - part.mean() for part in shown],
             gradient=partial(_gradient, drawing, samples, smears),
             extent=self.extent,
-            px_per_mm=px_per_mm,
+            scales=scales,
             drawing=drawing,
             smeared=smear_mm is not None,
         )
@@ -194,34 +203,36 @@ class TemplatePrinter:
             drawing.samples[counts] = Samples((np.concatenate(points) - self.middle) / self.extent, corners, shapes)
         return drawing.samples[counts]
 
-    def _drawn(self, px_per_mm: float) -> PatchDrawing:
+    def _drawn(self, px_per_mm: float, across: float, down: float) -> PatchDrawing:
         reaches = [[half + BORDER_MODULES * self.module_mm for half in patch.half_mm] for patch in self.patches]
         longest = max(max(reach) for reach in reaches)
         limits = SIDE_SAMPLES if longest == min(min(reach) for reach in reaches) else LONG_SAMPLES
         count = int(np.clip(2 * longest * px_per_mm, *limits))
         pitch_mm = 2 * longest / count
-        blur = BLUR_PX / px_per_mm / pitch_mm * FINE
+        blurs = [BLUR_PX / scale / pitch_mm * FINE for scale in (across, down)]
         border = math.ceil(MOST_MODULES / 2 * self.module_mm / pitch_mm) + 1
         drawn, counts = [], []
         for patch, reach in zip(self.patches, reaches, strict=True):
             picture = patch.print(*(_fine_offsets(half, pitch_mm) for half in reach))
-            drawn.append(tuple(_phases(one, border) for one in _blurred(picture, blur, pitch_mm / FINE)))
+            drawn.append(tuple(_phases(one, border) for one in _blurred(picture, blurs, pitch_mm / FINE)))
             counts.append((picture.shape[0] // FINE, picture.shape[1] // FINE))
             self.work_ns += DRAWN_NS * picture.size
         pictures, along_x, along_y = zip(*drawn, strict=True)
         return PatchDrawing(pitch_mm, tuple(counts), border, pictures, along_x, along_y)
 
 
-def _blurred(picture: Single, blur: float, pitch_mm: float) -> tuple[Single, Single, Single]:
+def _blurred(picture: Single, blurs: Sequence[float], pitch_mm: float) -> tuple[Single, Single, Single]:
     """A print of rectangles, blurred, and its gradients along x and y, per mm, at whole and half samples.
 
-    Parameters: blur: standard deviation, fine samples; pitch_mm: of the fine samples.
+    Parameters: blurs: standard deviations across and down, fine samples; pitch_mm: of the fine samples.
     Source: a print has few different rows and columns, and a Gaussian blur is one along each axis, so what shows each
         of these is blurred, and no picture.
     """
     down, rows = _distinct(picture)
     across, cells = _distinct(rows.T)
-    (by_row, turns_row), (by_column, turns_column) = (_blurred_line(which, blur, pitch_mm) for which in (down, across))
+    (by_column, turns_column), (by_row, turns_row) = (
+        _blurred_line(which, blur, pitch_mm) for which, blur in zip((across, down), blurs, strict=True)
+    )
     by_cell, turns_cell = by_row @ cells.T, turns_row @ cells.T
     products = (by_cell @ by_column.T, by_cell @ turns_column.T, turns_cell @ by_column.T)
     shown, along_x, along_y = (np.asarray(product, np.float32) for product in products)

@@ -22,7 +22,6 @@ from moireid.badge import Fiducial
 from moireid.verifier.kernel.page import (
     ALL_SEEN,
     LOOSE,
-    OTHER_SCALE,
     READ,
     PagePrint,
     PageRows,
@@ -122,10 +121,13 @@ class KeptTemplate:
         self.last: Template | None = None
 
     def at(self, homography: Array) -> Template:
-        """The template at about the scale of a homography."""
-        px_per_mm, kept = scale_px_per_mm(homography, self._printer.middle), self.last
-        if not (kept and kept.px_per_mm / SCALE_STEP < px_per_mm < kept.px_per_mm * SCALE_STEP):
-            kept = self.last = self._printer.draw(px_per_mm)
+        """The template at about the scale and the slant of a homography."""
+        scales, kept = scales_px_per_mm(homography, self._printer.middle), self.last
+        if not (
+            kept
+            and all(one / SCALE_STEP < now < one * SCALE_STEP for one, now in zip(kept.scales, scales, strict=True))
+        ):
+            kept = self.last = self._printer.draw(*scales)
         return kept
 
 
@@ -151,7 +153,7 @@ class PageRegistrar:
         Parameters: template: at about the scale of `start`, smeared like the frame; None: draw a sharp one.
         Convention: as `MarkerFinder`.
         """
-        template = template or self.printer.draw(scale_px_per_mm(start, self._middle))
+        template = template or self.printer.draw(*scales_px_per_mm(start, self._middle))
         picture, shown = as_picture(picture), self._prepared(template)
         state, page = shown.follow(picture.struct, np.ascontiguousarray(start, np.float64))
         return self._outcome(picture, template, state, page)
@@ -164,13 +166,8 @@ class PageRegistrar:
         Parameters: kept: of the badge.
         Returns: None in place of rows that must be read by themselves, as the page was not certain at once.
         """
-        template, struct = kept.last or kept.at(expected), rows.struct(picture.light)
-        shown = self._prepared(template)
-        state, page = shown.follow(picture.struct, expected, struct, any_scale=False)
-        if state == OTHER_SCALE:
-            template = kept.at(expected)
-            shown = self._prepared(template)
-            state, page = shown.follow(picture.struct, expected, struct)
+        template, struct = kept.at(expected), rows.struct(picture.light)
+        state, page = self._prepared(template).follow(picture.struct, expected, struct)
         found = self._outcome(picture, template, state, page)
         return found, rows.taken() if state & READ else None
 
@@ -317,3 +314,17 @@ def scale_px_per_mm(homography: Array, place_mm: Array) -> float:
     (x, y), (g, h, i) = place_mm.tolist(), homography[2].tolist()
     # The Jacobian determinant of a homography is det(H) / w^3.
     return math.sqrt(abs(determinant(homography) / (g * x + h * y + i) ** 3))
+
+
+def scales_px_per_mm(homography: Array, place_mm: Array) -> tuple[float, float, float]:
+    """`scale_px_per_mm`, and px per mm along x and y of the page, by which a picture blurs edges across these.
+
+    Source: blur that is round in the picture has the covariance (J' J)^-1 on the page, J the Jacobian there.
+    """
+    x, y = place_mm.tolist()
+    (a, b, c), (d, e, f), (g, h, i) = homography.tolist()
+    w = g * x + h * y + i
+    u, v = (a * x + b * y + c) / w, (d * x + e * y + f) / w
+    xx, xy, yx, yy = (a - g * u) / w, (b - h * u) / w, (d - g * v) / w, (e - h * v) / w
+    area = abs(xx * yy - xy * yx)
+    return math.sqrt(area), area / math.hypot(xy, yy), area / math.hypot(xx, yx)

@@ -35,6 +35,7 @@ from moireid.verifier.tracking.finding.markers import MarkerFinder, faint_turns,
 from moireid.verifier.tracking.finding.page_finder import EitherWay, PageFinder
 from moireid.verifier.tracking.finding.page_groups import MOST_PAGES, same_page
 from moireid.verifier.tracking.page_motion import PageMotion
+from moireid.verifier.tracking.patch_search import registered
 from moireid.verifier.tracking.patches import marker_corners_mm
 from moireid.verifier.tracking.registration import KeptTemplate, PageRegistrar, Registration
 from moireid.verifier.tracking.search_work import Purse, Purses
@@ -79,7 +80,7 @@ class SceneTracker:
         self._template, self._faint = KeptTemplate(self._registrar.printer), faint_turns()
         self._corners_mm = marker_corners_mm(badge.markers)
         self._motion = PageMotion(badge)
-        self._mirrored, self._glance_s, self._whole_s, self._tile = False, 0.0, 0.0, 0
+        self._mirrored, self._glance_s, self._whole_s, self._tile, self._before_s = False, 0.0, 0.0, 0, 0.0
         tools = (self._finder, self._registrar, self._registrar.printer)
         self._purses = Purses(tools, self._finder.quick_share, self._finder.close_share)
         #: Pages that the last look saw, registered or not; and a lost badge's that reaches out of the picture.
@@ -97,7 +98,8 @@ class SceneTracker:
     def push(self, frame: Frame) -> bool:
         """Take one frame; returns whether a badge was found in it."""
         luma = frame.picture.mirrored() if self._mirrored else frame.picture
-        self._purses.earn(luma.size)
+        self._purses.earn(luma.size, frame.time_s - self._before_s)
+        self._before_s = frame.time_s
         before = self.unsearched
         for tracker in self.trackers:
             # Places of the last frame must not count as occupied in this one.
@@ -257,7 +259,7 @@ class SceneTracker:
         for page in pages:
             registration: Registration | None = None
             if not self._known(page, found):
-                registration = self._registrar.register(luma, page, self._template.at(page))
+                registration = registered(self._registrar, luma, page, self._template.at(page))
             if registration is not None and not self._known(registration.homography, found):
                 found.append(registration.homography)
         return found

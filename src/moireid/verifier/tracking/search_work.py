@@ -36,6 +36,8 @@ SOUGHT_NS, MATCHED_NS = 40.0, 1.0
 #: not held still, asks for it in each frame.  Not nothing, as else a film of such frames would have no bound.  Set so
 #: that a badge in a hand at 1 m, which needs it in two frames of three, is followed through films of any length.
 FOUND_SHARE = 0.125
+#: Looking around a badge's place earns for each thirtieth of a second, but no more than this often for a frame.
+USUAL_STEP_S, MOST_TIMES = 1 / 30, 5.0
 #: One row in this many is looked at for changes.
 EVERY_ROW = 16
 #: Saved are at most the earnings of this many frames, ten seconds at 60 a second.  So a badge that is lost for a moment
@@ -56,10 +58,10 @@ class Purse:
     _most: float = 0.0
     _spent: float = 0.0
 
-    def earn(self, pixels: int) -> None:
-        """Earn a share of decoding a frame."""
+    def earn(self, pixels: int, times: float = 1.0) -> None:
+        """Earn a share of decoding a frame, so many times."""
         earned = self.share * DECODED_NS * pixels
-        self._most, self._spent = SAVED_FRAMES * earned, max(self._spent - earned, 0.0)
+        self._most, self._spent = SAVED_FRAMES * earned, max(self._spent - times * earned, 0.0)
 
     def pay(self, work_ns: float, *, found: bool = False) -> None:
         """Pay a search; found: whether it has found the badge where it was just now."""
@@ -98,9 +100,13 @@ class Purses:
         self.smeared, self.gone, self.near = Purse(0.20), Purse(0.05), Purse(0.10)
         self.glance, self.wide = Purse(glances), Purse(wide)
 
-    def earn(self, pixels: int) -> None:
-        """Earn for a frame of so many pixels."""
-        for purse in (self.smeared, self.gone, self.near, self.glance, self.wide):
+    def earn(self, pixels: int, step_s: float) -> None:
+        """Earn for a frame of so many pixels, so long after the one before."""
+        # A hand goes further between frames that are far apart, and the machine has as much more time.
+        times = min(max(step_s / USUAL_STEP_S, 1.0), MOST_TIMES)
+        for purse in (self.smeared, self.gone, self.near):
+            purse.earn(pixels, times)
+        for purse in (self.glance, self.wide):
             purse.earn(pixels)
 
     @property

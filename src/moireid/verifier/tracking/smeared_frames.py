@@ -19,8 +19,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.verifier.kernel.page import correlations
 from moireid.verifier.picture import Picture, as_picture
+from moireid.verifier.tracking.patch_search import sought
 from moireid.verifier.tracking.print_template import MOST_MODULES, Template, without_gains
 from moireid.verifier.tracking.registration import (
     FOLLOWED_CORRELATION,
@@ -29,21 +29,18 @@ from moireid.verifier.tracking.registration import (
     Registration,
     scale_px_per_mm,
 )
-from moireid.verifier.tracking.search_work import MATCHED_NS, SOUGHT_NS
 from moireid.verifier.tracking.track import FrameSighting, TrackEnds
 
 Array = NDArray[np.float64]
 #: A badge that was lost for longer must be found again by its markers.
 LOST_S = 0.25
-#: Radius of the search around the expected place, in modules; growth for each lost frame; and the most, for `LOST_S` at
-#: 30 frames a second.  The last is needed because a file with repeated times could count a million lost frames.
-REACH_MODULES, REACH_MORE, MOST_REACH = 4.0, 2.0, 16.0
+#: Radius of the search around the expected place, in modules, a thirtieth of a second after it was seen, and growth for
+#: each thirtieth more.
+REACH_MODULES, REACH_MORE, REACH_S = 4.0, 2.0, 1 / 30
 #: A page that is expected this many times as large or as small as it last was, is expected by a false motion.
 MOST_GROWTH = 2.0
 #: Mean correlation of the patches below which another smear is tried, and below which the page is given up.
 UNSURE, SOUGHT = 0.65, 0.4
-#: Prints are correlated with so many blocks of samples a module at least.
-MODULE_BLOCKS = 2.0
 #: A page is not searched again if its smear changes by less than this, in modules.  Step 4 is not repeated from this
 #: correlation on, once the exposure is known: a smear is symmetric, so its length moves no page.  Not from a lower one:
 #: a page that correlates by 0.03 less than usual is taken for covered (`limits.COVERED_CORRELATION`).
@@ -57,8 +54,6 @@ MOST_CHANGE = 0.4
 #: Step 4 ends when the smear changes by less than this.
 SETTLED = 0.1
 PROBE = 0.1
-#: A print is compared as at least so many blocks across and down.
-LEAST_BLOCKS = 4
 
 
 class ShakenFollower:
@@ -85,7 +80,7 @@ class ShakenFollower:
         tried = [self.exposure_s] if self.exposure_s else [share * frame_s for share in FIRST_SHARES]
         best, best_s = None, 0.0
         for exposure_s in tried:
-            found = self._registered(light, (before, last), expected, exposure_s, time_s, lost)
+            found = self._registered(light, (before, last), expected, exposure_s, time_s)
             if found is None:
                 # Nothing there looks like a smeared page, so another smear would not either.
                 break
@@ -121,18 +116,18 @@ class ShakenFollower:
         expected: Array,
         exposure_s: float,
         time_s: float,
-        lost: int,
     ) -> tuple[Registration | None, float] | None:
         """Steps 3 and 4 with one exposure.
 
         Returns: the page, and the exposure estimated from its smear; None if step 3 finds nothing.
         """
-        reach, place = min(REACH_MODULES + REACH_MORE * (lost - 1), MOST_REACH), expected
+        since_s, place = time_s - past[1].time_s, expected
+        reach = REACH_MODULES + REACH_MORE * max(since_s / REACH_S - 1, 0.0)
         smear = self._smear(past, expected, time_s, exposure_s)
         for _ in range(2):
-            score, place = self._sought(light, expected, self._smeared(expected, smear), reach)
+            score, place = sought(self._registrar, light, expected, self._smeared(expected, smear), reach)
             if score < UNSURE:
-                still = self._sought(light, expected, self._template.at(expected), reach)
+                still = sought(self._registrar, light, expected, self._template.at(expected), reach)
                 score, place = max((score, place), still, key=lambda found: found[0])
             if score < SOUGHT:
                 return None
@@ -175,29 +170,6 @@ class ShakenFollower:
     def _limited(self, smear: Array) -> Array:
         longest = float(np.linalg.norm(smear, axis=1).max())
         return np.asarray(smear * min(1.0, MOST_MODULES * self._module_mm / max(longest, 1e-9)))
-
-    def _sought(self, light: Picture, expected: Array, template: Template, reach_modules: float) -> tuple[float, Array]:
-        """Best correlation of the smeared markers, and the homography there, shifted along the page.
-
-        Source: of blocks of samples of which two show a module, since registration finds the rest of the way.
-        """
-        printer, samples, pitch = self._registrar.printer, template.samples, template.drawing.pitch_mm
-        module, least = self._module_mm / pitch, min(map(min, samples.shapes))
-        fewer = max(1, min(int(module / MODULE_BLOCKS), least // LEAST_BLOCKS))
-        reach = math.ceil(reach_modules * module / fewer)
-        total = np.zeros((2 * reach + 1, 2 * reach + 1), np.float32)
-        for here, shape in zip(samples.parts, samples.shapes, strict=True):
-            # A patch's samples run along rows from its top left one.
-            x, y = (samples.points[here.start] * printer.extent + printer.middle).tolist()
-            to_page = np.array([[pitch, 0, x], [0, pitch, y], [0, 0, 1.0]])
-            correlations(light.struct, expected @ to_page, template.values[here].reshape(shape), fewer, reach, total)
-            blocks = shape[0] // fewer * (shape[1] // fewer)
-            self._registrar.work_ns += MATCHED_NS * total.size * blocks
-            self._registrar.work_ns += SOUGHT_NS * (blocks + 2 * reach * sum(shape) // fewer + 4 * reach**2)
-        row, column = divmod(int(total.argmax()), 2 * reach + 1)
-        across, down = ((place - reach) * fewer * pitch for place in (column, row))
-        place = expected @ np.array([[1, 0, across], [0, 1, down], [0, 0, 1.0]])
-        return float(total[row, column]) / len(samples.parts), np.asarray(place / place[2, 2])
 
     def _change(self, light: Picture, place: Array, template: Template, smear: Array) -> tuple[float, float]:
         """Share by which the smear should be longer, and angle by which it should be rotated, rad."""

@@ -20,7 +20,14 @@ from moireid.verifier.kernel.library import picture_struct
 from moireid.verifier.kernel.squares import SquareCodes
 from moireid.verifier.picture import Box, Picture
 from moireid.verifier.tracking.finding.page_finder import EitherWay, Grey, PageFinder, PicturePart
-from moireid.verifier.tracking.finding.page_groups import MOST_OF_ONE, moved_page, pages_of, same_page, where_it_was
+from moireid.verifier.tracking.finding.page_groups import (
+    MOST_OF_ONE,
+    moved_page,
+    pages_of,
+    pages_of_one,
+    same_page,
+    where_it_was,
+)
 from moireid.verifier.tracking.patches import marker_corners_mm
 from moireid.verifier.tracking.search_work import ENLARGED_NS, clear_work_ns
 
@@ -40,6 +47,9 @@ SMALL = ((15, 5.0), (9, 3.0))
 LEAST_PX = 9.0
 #: A search finds a marker once: markers of one number closer than this share of their side are one.
 SAME_SHARE = 0.5
+#: A page with one small marker is looked for as a camera sees it whose focal length is this share of the width: median
+#: of measured phone profiles (gyroflow).
+FOCAL_SHARE = 0.75
 #: Share of a code's number of cells that may be bright in its dark border, as OpenCV has it.
 BORDER_SHARE = 0.35
 #: What the kernel takes for a picture's values; it compares what was coded.
@@ -139,6 +149,8 @@ class MarkerFinder(PageFinder):
             pages_of(np.array(found, float).reshape(-1, 4, 2), ids, self._corners_mm)
             for found, ids in zip(quads, index, strict=True)
         )
+        if before is None and len(quads[0]) == 1 and np.ptp(quads[0][0], axis=0).max() < ENLARGE_BELOW_PX:
+            straight = pages_of_one(quads[0][0], self._corners_mm[index[0][0]], FOCAL_SHARE * part.width)
         moved = None if before is None else moved_page(np.array(quads[0]), index[0], self._corners_mm, before)
         return straight if moved is None else [*straight, moved], turned
 

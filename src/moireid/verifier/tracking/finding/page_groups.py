@@ -26,8 +26,6 @@ MOST_OF_ONE = 6
 MOVED_SHARE = 0.5
 #: Most pages returned from one frame, largest first.
 MOST_PAGES = 4
-#: Two markers smaller than this give a poor perspective, so the page is also placed without perspective.
-PLAIN_BELOW_PX = 16.0
 
 
 #: A page of four markers that fit this well, in units of the tolerance, is taken without a look at all others.
@@ -52,14 +50,12 @@ def pages_of(quads_px: Array, index: Sequence[int], corners_mm: Array, trials: T
     Parameters: quads_px (M, 4, 2): corners of the markers found; index (M,): number of each on the page, 0 to 3;
         corners_mm (4, 4, 2): as `marker_corners_mm`; trials: counts the groups that are fitted.
     Returns: homographies (3, 3) with h33 = 1; each has at least two markers, all of different numbers.
-        Pages with two markers under `PLAIN_BELOW_PX` follow once more, placed without perspective.
     Source: module docstring; if no number is seen twice, all markers are fitted at once, without outliers.
     """
     order = sorted(range(len(index)), key=lambda k: -cv2.contourArea(quads_px[k].astype(np.float32)))
     trials = Trials() if trials is None else trials
     left = [k for place, k in enumerate(order) if [index[j] for j in order[:place]].count(index[k]) < MOST_OF_ONE]
     found: list[Array] = []
-    plain: list[Array] = []
     while len({index[k] for k in left}) >= 2 and len(found) < MOST_PAGES and trials.number < MOST_TRIALS:
         alone = len({index[k] for k in left}) == len(left)
         # Keep the order in which they were found: the corners that RANSAC draws depend on it.
@@ -69,26 +65,10 @@ def pages_of(quads_px: Array, index: Sequence[int], corners_mm: Array, trials: T
         page = fit_homography(corners_mm[[index[k] for k in group]].reshape(-1, 2), quads_px[group].reshape(-1, 2))
         if page is not None:
             found.append(page)
-            plain += _plain(quads_px[group], corners_mm[[index[k] for k in group]])
         if alone:
             break
         left = [k for k in left if k not in group]
-    return [page for pages in (found, plain) for page in sorted(pages, key=lambda page: -_area_px2(page, corners_mm))]
-
-
-def _plain(quads_px: Array, squares_mm: Array) -> list[Array]:
-    """The page by rotation, scale and shift alone, from two small markers (2, 4, 2); [] for others.
-
-    Seen nearly from the front, this places the other two markers near enough for registration.  From 30 degrees on,
-    foreshortening is too strong, and the homography is the better start.
-    """
-    side = float(np.linalg.norm(quads_px - np.roll(quads_px, 1, axis=1), axis=2).mean())
-    if len(quads_px) != 2 or side >= PLAIN_BELOW_PX:
-        return []
-    similar, _ = cv2.estimateAffinePartial2D(squares_mm.reshape(-1, 2), quads_px.reshape(-1, 2), method=cv2.LMEDS)
-    if similar is None or not np.all(np.isfinite(similar)):
-        return []
-    return [np.vstack([similar, [0.0, 0.0, 1.0]])]
+    return sorted(found, key=lambda page: -_area_px2(page, corners_mm))
 
 
 def where_it_was(quads_px: Array, index: Sequence[int], corners_mm: Array, before: Array) -> list[int]:
@@ -109,12 +89,17 @@ def where_it_was(quads_px: Array, index: Sequence[int], corners_mm: Array, befor
 
 
 def moved_page(quads_px: Array, index: Sequence[int], corners_mm: Array, before: Array) -> Array | None:
-    """The page as it was a moment ago, turned, scaled and shifted in the picture onto two markers; None for others.
+    """The page as it was a moment ago, turned, scaled and shifted in the picture onto two markers, or shifted onto one;
+    None for others.
 
     Two markers show a page's tilt poorly, and registration by the gratings' borders begins only from within a pixel.
     Parameters: as `pages_of`, and before: homography page mm -> px of a recent frame.
     Source: least squares over the eight corners; tilt and perspective stay those of the recent frame.
     """
+    if len(quads_px) == 1:
+        x, y = quads_px[0].mean(axis=0) - _outline(before, corners_mm)[index[0]]
+        shifted = np.array([[1.0, 0.0, x], [0.0, 1.0, y], [0.0, 0.0, 1.0]]) @ before
+        return np.asarray(shifted / shifted[2, 2])
     if len(quads_px) != 2 or index[0] == index[1]:
         return None
     then = cv2.perspectiveTransform(corners_mm[list(index)].reshape(-1, 1, 2), before)
@@ -123,6 +108,25 @@ def moved_page(quads_px: Array, index: Sequence[int], corners_mm: Array, before:
         return None
     moved = np.vstack([similar, [0.0, 0.0, 1.0]]) @ before
     return np.asarray(moved / moved[2, 2])
+
+
+def pages_of_one(quad_px: Array, square_mm: Array, focal_px: float) -> list[Array]:
+    """The two pages that one marker (4, 2) may be of, by a camera of about that focal length that looks at it.
+
+    Source: a small square is seen alike from two sides (Collins and Bartoli, Infinitesimal Plane-Based Pose Estimation,
+    2014), as OpenCV solves it.
+    """
+    middle_mm, middle_px = square_mm.mean(axis=0), quad_px.mean(axis=0)
+    solid = np.column_stack([square_mm - middle_mm, np.zeros(4)])
+    lens = np.array([[focal_px, 0.0, middle_px[0]], [0.0, focal_px, middle_px[1]], [0.0, 0.0, 1.0]])
+    _, turns, places, _ = cv2.solvePnPGeneric(solid, quad_px.reshape(-1, 1, 2), lens, None, flags=cv2.SOLVEPNP_IPPE)
+    from_page = np.array([[1.0, 0.0, -middle_mm[0]], [0.0, 1.0, -middle_mm[1]], [0.0, 0.0, 1.0]])
+    found = []
+    for turn, place in zip(turns, places, strict=True):
+        page = lens @ np.column_stack([cv2.Rodrigues(turn)[0][:, :2], place]) @ from_page
+        if np.all(np.isfinite(page)) and page[2, 2] != 0:
+            found.append(np.asarray(page / page[2, 2]))
+    return found
 
 
 def _largest_group(
