@@ -24,8 +24,8 @@ FAR = 1.0
 #: Least and most steps of the iteration, and the change at which it has settled, in focal lengths.
 STEPS, MOST_STEPS, SETTLED = 3, 12, 1e-6
 #: Registration weighs all edges of a marker's print.  Four points in a marker, this share of the way from its middle to
-#: its corners, stand for them: the edge of a square has 0.82, all of its area 0.58.  Fitted to films by an outside tracer through
-#: barrels of 0.25 to 0.4.
+#: its corners, stand for them: the edge of a square has 0.82, all of its area 0.58.  Fitted to films by an outside
+#: tracer through barrels of 0.25 to 0.4.
 EDGES_SHARE = 0.75
 #: Share of a point's weight.
 RIDGE = 1e-9
