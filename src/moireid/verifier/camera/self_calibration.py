@@ -2,7 +2,7 @@
 
 1. The print's aspect alone, and then the page's twist: each hides all else.  They are starts; some frames are enough.
 2. In which direction does the shutter run through the picture?  Tested at its usual time.
-3. All together, from a lens without distortion and from a barrel.
+3. All together, from a weak barrel; from other distortions too, where the film does not exclude them.
 4. If the focal length is far from its prior, estimate it again on a steady camera path (`smoothing`).
 5. If a tremor hides between the frames, rows are less precise than they seem: estimate all again with that slack.
 6. Error bars cover the other solutions, as far as the film leaves them likely.
@@ -20,12 +20,13 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.verifier.camera.fast_poses import NearPoses
-from moireid.verifier.camera.film_camera import AXIS_AT, BEND_AT, PRINT, STRETCH, TWIST, FilmCamera
+from moireid.verifier.camera.fast_poses import NearPoses, lasting_error_px
+from moireid.verifier.camera.film_camera import AXIS_AT, BEND_AT, BENDS, PRINT, STRETCH, TWIST, FilmCamera
 from moireid.verifier.camera.map_search import SPARE_PER_FRAME, minimise, posterior, repeated, step_together
 from moireid.verifier.camera.page_speed import hidden_speed_px_s
 from moireid.verifier.camera.plane_pose import ClosedForm, closed_form, point_error_px, start_poses
 from moireid.verifier.camera.smoothing import SPARE, steady_errors_px
+from moireid.verifier.limits import GAIN_REJECTED_SDS
 from moireid.verifier.measuring import (
     AXIS_MAX_SHARE,
     FOCAL_FAR_SDS,
@@ -46,9 +47,11 @@ NEARBY_STEPS, SETTLED, MOST_SETTLED = 2.0, 0.05, 60
 AXIS_FAR_SHARE, STRETCH_FAR_LOG, NEARLY_AS_GOOD = 0.03, 0.004, 2.0
 #: A print's aspect hides all else if the errors fall to this share, or less, once it is taken away.
 HIDING_SHARE = 0.7
-#: Distortions to search from: none, and a webcam's barrel, as minima of one are far from the other.  From either of
-#: them, and the guessed focal length, k1 of -0.4 to 0.2 and focal lengths of 0.5 to 1.6 long sides are found.
-BENDS_TRIED = (0.0, -0.3)
+#: Distortion to search from: between a lens without any and a webcam's barrel, as each is far from where a search from
+#: the other ends.  From it and the guessed focal length, k1 of -0.4 to 0.2 and 0.5 to 1.6 long sides are found.
+FIRST_BEND = (-0.2, 0.0)
+#: Others, which are tried where the film does not exclude them, or errors last: none, and a webcam's two usual ones.
+OTHER_BENDS = ((0.0, 0.0), (-0.4, 0.0), (-0.1, -0.6))
 #: A hidden tremor counts from this share of the mean square of what is left; more than this share it cannot be, as
 #: registration has noise of its own.  Set by hand.
 LEAST_HIDDEN, MOST_HIDDEN = 0.1, 0.75
@@ -84,7 +87,7 @@ class FilmWide(FilmCamera):
 
     def _begin_from(self, few: FilmWide) -> None:
         """Take over what was estimated from fewer frames, as a start."""
-        for name in ("print_aspect", "twist", "_twisted"):
+        for name in ("print_aspect", "twist", "_twisted", "_rows", "shutter_s", "focal", "bend", "axis", "stretch"):
             setattr(self, name, getattr(few, name))
 
     def _untwist(self) -> None:
@@ -99,13 +102,15 @@ class FilmWide(FilmCamera):
 
     def _count_once(self) -> None:
         """Estimate all again, with errors that last over some frames counted once; nothing, where few do."""
-        before = self._at()
-        points, focal, centre = self._seen(before, [], before[[]])
-        repeats = repeated(self._near.residuals_px(points, focal / self._start_focal, focal, centre))
+        repeats = repeated(self._near.residuals_px(*self._now()))
         if repeats < LEAST_REPEATED:
             return
         self._repeats = repeats
         self._solve_again()
+
+    def _now(self) -> tuple[Array, float, float, tuple[float, float]]:
+        """The chosen frames' points and camera as estimated now, as `NearPoses.residuals_px` takes them."""
+        return self._flat(self._chosen), self.focal / self._start_focal, self.focal, self._centre
 
     def _solve_again(self) -> None:
         """Estimate all again; a focal length of a steady path stays, with its error bar."""
@@ -216,12 +221,12 @@ class FilmWide(FilmCamera):
         few = self.of_fewer()
         few._unhide()  # 1
         few._untwist()
-        self._begin_from(few)
+        found = few._solved_from_bends() if not self._known else [few._solved_from_bend(self.bend)]  # 2, 3
         tried = []
-        for bend in (None,) if self._known else BENDS_TRIED:
+        for one in found:
             film = copy.copy(self)
-            film.bend = self.bend if bend is None else np.array([bend, 0.0])
-            film._solve_with_rows()  # 2, 3
+            film._begin_from(one)
+            film._solve_together()
             tried.append(film)
         tried = _likeliest(tried)
         far = abs(math.log(tried[0].focal / self._guess)) > FOCAL_FAR_SDS * FOCAL_PRIOR_SD_LOG
@@ -229,6 +234,30 @@ class FilmWide(FilmCamera):
             tried[0]._solve_steadily(self._zoom().alone)  # 4
         # The misfit of free tilts, from which the others come, is none of a steady path's.
         return tried[:1] if tried[0]._steadied else tried
+
+    def _solved_from_bends(self) -> list[FilmWide]:
+        """The solution from the first distortion, and from those others that it leaves open."""
+        first = self._solved_from_bend(np.array(FIRST_BEND))
+        left, numbers = first._near.residuals_px(*first._now()), np.cumsum(self.cuts)[self._chosen]
+        lasting, noise = lasting_error_px(left, self._times[self._chosen], numbers)
+        most = math.inf if lasting > noise else GAIN_REJECTED_SDS
+        left_open = [bend for bend in np.array(OTHER_BENDS) if 1 < first._bend_sds(bend) < most]
+        return [first, *(self._solved_from_bend(bend) for bend in left_open)]
+
+    def _solved_from_bend(self, bend: Array) -> FilmWide:
+        film = copy.copy(self)
+        film.bend = bend
+        film._solve_with_rows()
+        return film
+
+    def _bend_sds(self, bend: Array) -> float:
+        """How far a distortion is from the solution, in standard deviations of what the film itself shows.
+
+        Source: as `focal_span_px`, the posterior's information less the prior's.
+        """
+        prior = [one.curve(at)[1] for one, at in zip(BENDS, self.bend, strict=True)]
+        own = np.linalg.inv(self.covariance[BEND_AT, BEND_AT]) - np.diag(prior)
+        return math.sqrt(max(float((bend - self.bend) @ own @ (bend - self.bend)), 0.0))
 
     def _solve_with_rows(self) -> None:
         """Estimate all together; where the camera is not yet right, the direction of the shutter is estimated badly, so
