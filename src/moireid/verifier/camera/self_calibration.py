@@ -1,11 +1,11 @@
 """Solve what is the same in all frames: focal length, rolling-shutter time, distortion, and the print's shape.
 
-1. The print's aspect alone, and then the page's twist: each hides all else.
+1. The print's aspect alone, and then the page's twist: each hides all else.  They are starts; some frames are enough.
 2. In which direction does the shutter run through the picture?  Tested at its usual time.
-3. Shutter time alone, then focal length alone, each from its prior.
-4. All together, on all of the chosen frames; the steps before are starts, for which some of them are enough.
-5. If the focal length is far from its prior, estimate it again on a steady camera path (`smoothing`).
-6. If a tremor hides between the frames, rows are less precise than they seem: estimate all again with that slack.
+3. All together, from a weak barrel; from other distortions too, where the film does not exclude them.
+4. If the focal length is far from its prior, estimate it again on a steady camera path (`smoothing`).
+5. If a tremor hides between the frames, rows are less precise than they seem: estimate all again with that slack.
+6. Error bars cover the other solutions, as far as the film leaves them likely.
 Convention: as `film_camera`.
 Source: maximum a posteriori over reprojection error.
 """
@@ -20,12 +20,13 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.verifier.camera.fast_poses import NearPoses
-from moireid.verifier.camera.film_camera import AXIS_AT, BEND_AT, PRINT, SHUTTER, STRETCH, TWIST, FilmCamera
+from moireid.verifier.camera.fast_poses import NearPoses, lasting_error_px
+from moireid.verifier.camera.film_camera import AXIS_AT, BEND_AT, BENDS, PRINT, STRETCH, TWIST, FilmCamera
 from moireid.verifier.camera.map_search import SPARE_PER_FRAME, minimise, posterior, repeated, step_together
 from moireid.verifier.camera.page_speed import hidden_speed_px_s
 from moireid.verifier.camera.plane_pose import ClosedForm, closed_form, point_error_px, start_poses
 from moireid.verifier.camera.smoothing import SPARE, steady_errors_px
+from moireid.verifier.limits import GAIN_REJECTED_SDS
 from moireid.verifier.measuring import (
     AXIS_MAX_SHARE,
     FOCAL_FAR_SDS,
@@ -46,8 +47,11 @@ NEARBY_STEPS, SETTLED, MOST_SETTLED = 2.0, 0.05, 60
 AXIS_FAR_SHARE, STRETCH_FAR_LOG, NEARLY_AS_GOOD = 0.03, 0.004, 2.0
 #: A print's aspect hides all else if the errors fall to this share, or less, once it is taken away.
 HIDING_SHARE = 0.7
-#: A focal length is near the guessed one up to this change of its logarithm.
-USUAL_ZOOM = 0.1
+#: Distortion to search from: between a lens without any and a webcam's barrel, as each is far from where a search from
+#: the other ends.  From it and the guessed focal length, k1 of -0.4 to 0.2 and 0.5 to 1.6 long sides are found.
+FIRST_BEND = (-0.2, 0.0)
+#: Others, which are tried where the film does not exclude them, or errors last: none, and a webcam's two usual ones.
+OTHER_BENDS = ((0.0, 0.0), (-0.4, 0.0), (-0.1, -0.6))
 #: A hidden tremor counts from this share of the mean square of what is left; more than this share it cannot be, as
 #: registration has noise of its own.  Set by hand.
 LEAST_HIDDEN, MOST_HIDDEN = 0.1, 0.75
@@ -60,17 +64,13 @@ class FilmWide(FilmCamera):
 
     def solve(self) -> FilmWide:
         """The likeliest of the solutions from the picture's middle and from the closed forms."""
-        self._solve_from_the_middle()
-        tried = [self, *(found for camera in self._other_starts() if (found := self._solved_from(camera)) is not None)]
-        scale = min(float(np.median(film._errors())) for film in tried) or 1e-9
-
-        def cost(film: FilmWide) -> float:
-            return film._cost(scale)
-
-        best = min(tried, key=cost)
+        tried = self._solved_from_the_middle()
+        tried += [tried[0]._solved_from(camera) for camera in tried[0]._other_starts()]
+        best = _likeliest(tried)[0]
         # Another direction of the shutter than the usual one may come from what was not yet solved then.
-        sure = best._steadied or best._rows is best._directions[0]
-        best = best if sure else min((best, best._rolled_down()), key=cost)
+        if not (best._steadied or best._rows is best._directions[0]):
+            tried.append(best._rolled_down())
+            best = _likeliest(tried)[0]
         if not best._twisted:
             few = best.of_fewer()
             few._untwist()
@@ -82,11 +82,12 @@ class FilmWide(FilmCamera):
             best._solve_again()
         best._count_once()
         best._loosen()
+        best._cover([film for film in tried if film is not best])
         return best
 
     def _begin_from(self, few: FilmWide) -> None:
         """Take over what was estimated from fewer frames, as a start."""
-        for name in ("print_aspect", "twist", "_twisted", "_rows", "shutter_s", "focal"):
+        for name in ("print_aspect", "twist", "_twisted", "_rows", "shutter_s", "focal", "bend", "axis", "stretch"):
             setattr(self, name, getattr(few, name))
 
     def _untwist(self) -> None:
@@ -101,13 +102,15 @@ class FilmWide(FilmCamera):
 
     def _count_once(self) -> None:
         """Estimate all again, with errors that last over some frames counted once; nothing, where few do."""
-        before = self._at()
-        points, focal, centre = self._seen(before, [], before[[]])
-        repeats = repeated(self._near.residuals_px(points, focal / self._start_focal, focal, centre))
+        repeats = repeated(self._near.residuals_px(*self._now()))
         if repeats < LEAST_REPEATED:
             return
         self._repeats = repeats
         self._solve_again()
+
+    def _now(self) -> tuple[Array, float, float, tuple[float, float]]:
+        """The chosen frames' points and camera as estimated now, as `NearPoses.residuals_px` takes them."""
+        return self._flat(self._chosen), self.focal / self._start_focal, self.focal, self._centre
 
     def _solve_again(self) -> None:
         """Estimate all again; a focal length of a steady path stays, with its error bar."""
@@ -144,7 +147,7 @@ class FilmWide(FilmCamera):
         return film
 
     def _other_starts(self) -> list[ClosedForm]:
-        """Cameras to search from again: the guess, and those of the closed form that leave little, if they are far.
+        """Cameras to search from again: those of the closed form that leave little, if they are far.
 
         None where the camera is known, or the page twisted, which closed forms take for flat.
         """
@@ -153,9 +156,7 @@ class FilmWide(FilmCamera):
         points = (self._flat(self._chosen, bend=np.zeros(2), stretch=0.0) - self._middle) / self._long_side
         found = [closed_form(points, self.plane[:, :2], square=square) for square in (True, False)]
         most = NEARLY_AS_GOOD * float(np.median(self._errors()))
-        # The focal length was first searched alone, with the axis in the middle, and may be caught in a valley there.
-        caught = not self._steadied and abs(math.log(self.focal / self._guess)) > USUAL_ZOOM
-        starts = [ClosedForm(np.zeros(2), self._guess / self._long_side, 1.0)] if caught else []
+        starts = []
         for camera in found:
             if camera is not None and self._far(camera):
                 # With a free aspect, noise shortens the closed form's focal length; the guess may be nearer.
@@ -180,12 +181,7 @@ class FilmWide(FilmCamera):
             # The closed form's is off by some thousandths, which hides the shutter.
             near = replace(STRETCH.near(film.stretch, NEARBY_STEPS), prior=film.stretch, prior_sd=STRETCH_MAX_LOG)
             film.stretch, _ = minimise(lambda x: film._errors(shutter_s=0.0, stretch=x), *near.alone)
-        # Where the camera is not yet right, the direction of the shutter is estimated badly, so it is tested again.
-        for _ in range(2):
-            before, film._rows = film._rows, film._likeliest_rows()
-            film._solve_together()
-            if film._rows is before:
-                break
+        film._solve_with_rows()
         return film
 
     def _cost(self, scale_px: float) -> float:
@@ -220,29 +216,70 @@ class FilmWide(FilmCamera):
         poses = start_poses(self.plane, points, camera.focal * self._long_side, self._placed(camera.axis))
         return float(np.median(poses.least_error_px))
 
-    def _solve_from_the_middle(self) -> None:
-        """Steps 1 to 5."""
+    def _solved_from_the_middle(self) -> list[FilmWide]:
+        """The solutions by steps 1 to 4, the likeliest first."""
         few = self.of_fewer()
-        few._solve_alone()
-        self._begin_from(few)
-        self._solve_together()  # 4
-        far = abs(math.log(self.focal / self._guess)) > FOCAL_FAR_SDS * FOCAL_PRIOR_SD_LOG
+        few._unhide()  # 1
+        few._untwist()
+        found = few._solved_from_bends() if not self._known else [few._solved_from_bend(self.bend)]  # 2, 3
+        tried = []
+        for one in found:
+            film = copy.copy(self)
+            film._begin_from(one)
+            film._solve_together()
+            tried.append(film)
+        tried = _likeliest(tried)
+        far = abs(math.log(tried[0].focal / self._guess)) > FOCAL_FAR_SDS * FOCAL_PRIOR_SD_LOG
         if not self._given and far:
-            self._solve_steadily(self._zoom().alone)  # 5
+            tried[0]._solve_steadily(self._zoom().alone)  # 4
+        # The misfit of free tilts, from which the others come, is none of a steady path's.
+        return tried[:1] if tried[0]._steadied else tried
 
-    def _solve_alone(self) -> None:
-        """Steps 1 to 3."""
-        middle, zoom = math.log(self._guess), self._zoom().alone
-        self._unhide()  # 1
-        self._untwist()
-        self._rows = self._likeliest_rows()  # 2
-        self.shutter_s, _ = minimise(lambda s: self._errors(shutter_s=s), *SHUTTER.alone)  # 3
-        if not self._given:
-            log_focal, _ = minimise(lambda x: self._errors(log_focal=x), *zoom)
-            self.focal = math.exp(log_focal)
-            if abs(log_focal - middle) > USUAL_ZOOM:
-                # Far from the guessed focal length all shutter directions look alike, so the direction is tested again.
-                self._rows, self.shutter_s = self._likeliest_rows(), SHUTTER_PRIOR_S
+    def _solved_from_bends(self) -> list[FilmWide]:
+        """The solution from the first distortion, and from those others that it leaves open."""
+        first = self._solved_from_bend(np.array(FIRST_BEND))
+        left, numbers = first._near.residuals_px(*first._now()), np.cumsum(self.cuts)[self._chosen]
+        lasting, noise = lasting_error_px(left, self._times[self._chosen], numbers)
+        most = math.inf if lasting > noise else GAIN_REJECTED_SDS
+        left_open = [bend for bend in np.array(OTHER_BENDS) if 1 < first._bend_sds(bend) < most]
+        return [first, *(self._solved_from_bend(bend) for bend in left_open)]
+
+    def _solved_from_bend(self, bend: Array) -> FilmWide:
+        film = copy.copy(self)
+        film.bend = bend
+        film._solve_with_rows()
+        return film
+
+    def _bend_sds(self, bend: Array) -> float:
+        """How far a distortion is from the solution, in standard deviations of what the film itself shows.
+
+        Source: as `focal_span_px`, the posterior's information less the prior's.
+        """
+        prior = [one.curve(at)[1] for one, at in zip(BENDS, self.bend, strict=True)]
+        own = np.linalg.inv(self.covariance[BEND_AT, BEND_AT]) - np.diag(prior)
+        return math.sqrt(max(float((bend - self.bend) @ own @ (bend - self.bend)), 0.0))
+
+    def _solve_with_rows(self) -> None:
+        """Estimate all together; where the camera is not yet right, the direction of the shutter is estimated badly, so
+        it is tested again.
+        """
+        for _ in range(2):
+            before, self._rows = self._rows, self._likeliest_rows()
+            self._solve_together()
+            if self._rows is before:
+                break
+
+    def _cover(self, others: list[FilmWide]) -> None:
+        """Let the error bars cover the other solutions, as far as the film leaves them likely.
+
+        Source: variance of a mixture of two, by their posteriors, with errors that last counted once.
+        """
+        for film in others:
+            film._repeats = self._repeats
+            scale = min(float(np.median(one._errors())) for one in (self, film)) or 1e-9
+            share = 1 / (1 + math.exp(min(0.5 * (film._cost(scale) - self._cost(scale)), 50.0)))
+            apart = np.where(np.diag(self.covariance) > 0, film._at() - self._at(), 0.0)
+            self.covariance += share * np.outer(apart, apart)
 
     def _unhide(self) -> None:
         """Take a print's aspect for a start that takes much of the errors away; less may be noise."""
@@ -298,3 +335,9 @@ class FilmWide(FilmCamera):
             tried.append(self._errors(shutter_s=SHUTTER_PRIOR_S))
         scale = min(float(np.median(errors)) for errors in tried) or 1e-9
         return self._directions[int(np.argmin([np.sum(np.log1p((errors / scale) ** 2)) for errors in tried]))]
+
+
+def _likeliest(films: list[FilmWide]) -> list[FilmWide]:
+    """Solutions of one film, the likeliest first."""
+    scale = min(float(np.median(film._errors())) for film in films) or 1e-9
+    return sorted(films, key=lambda film: film._cost(scale))
