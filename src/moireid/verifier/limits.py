@@ -94,11 +94,6 @@ ENROLLED_GAINS = (0.5, 1.6)
 #: less than half of a half, as the thinnest sheets of a pitch that can focus give half of the gain, and a view from
 #: some way aside through air half of that.  There is no greatest gain: 0.3 mm of air gives 2.2, and more of it more.
 LEAST_BUILT_GAIN = 0.2
-#: Beyond this tangent of the view, air beneath a sheet hides a part of each lens: of rays that meet it beyond the
-#: critical angle none sees the page.  Derived: traced for 62 lines an inch, 5 to 20 um of air give 1.02 to 1.09 of the
-#: law's slope in front, 0.9 to 1.0 at 33 degrees, 0.64 at 45, 0.3 at 62.  A film of which the second figure, as a share
-#: of its frames, is seen so is not rejected for what its fringes do.  Set by hand: a hand's sway is hardly ever there.
-STEEP_TANGENT, MAX_STEEP_SHARE = 0.6, 0.25
 #: Focal lengths that lenses have, over the picture's long side: from an ultra-wide phone to a press photographer's.
 #: Where a film does not show its own, any of them may have taken it.
 LENS_RATIOS = (0.3, 8.0)

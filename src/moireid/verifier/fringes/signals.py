@@ -29,7 +29,7 @@ from moireid.verifier.fringes.grating_signal import BeyondPhase, DepthLaw, Grati
 from moireid.verifier.fringes.mixed_frames import carried_rad, mixed_share
 from moireid.verifier.fringes.place_map import PlaceMap, start_maps
 from moireid.verifier.fringes.sinusoid import joined_frames, numbered, unwrap
-from moireid.verifier.fringes.strip_law import within_law
+from moireid.verifier.fringes.strip_law import air_law, within_law
 from moireid.verifier.fringes.strip_phase import StripPhase, rounding_rad
 from moireid.verifier.fringes.uneven_air import less_uneven_air
 from moireid.verifier.tracking.patches import marker_corners_mm
@@ -207,7 +207,7 @@ def _grating_signal(
         mixed_share=_mixed(own, known, track, frame, middle) if own else 0.0,
         beyond=_beyond(own, known, track, grating, tangents, poses.page_mm.mean(axis=0)) if own else None,
         lens_room=poses.camera.lens_room,
-        steep=np.linalg.norm(tangents, axis=1) > limits.STEEP_TANGENT,
+        air_rad=within_stretches(air_law(badge.lens, grating.pitch_mm, *tangents.T), signal.stretch),
     )
 
 

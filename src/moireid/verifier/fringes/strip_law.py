@@ -21,9 +21,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.badge import Badge
+from moireid.badge import Badge, Lens
 from moireid.frames import own_rect
-from moireid.lenticule import MAX_TANGENT, view_law
+from moireid.lenticule import MAX_TANGENT, critical_tangent, view_law
 from moireid.verifier.fringes.place_map import knots_mm
 from moireid.verifier.fringes.strip_phase import StripLaw
 from moireid.verifier.tracking.brightness_profiles import Strip
@@ -55,6 +55,40 @@ def within_law(strips: Sequence[Strip], camera_mm: Array) -> NDArray[np.bool_]:
     return known
 
 
+def air_law(lens: Lens, pitch_mm: float, tan_x: Array, tan_y: Array) -> Array:
+    """What is added to the phase law where the sheet is not glued to the page, but laid on it.
+
+    Parameters
+    ----------
+    lens, pitch_mm
+        Of the badge and the grating.
+    tan_x, tan_y : arrays that broadcast together
+        Of the views, across and along the lenses; one that is not known counts as from the front.
+
+    Returns
+    -------
+    array of the broadcast shape
+        rad; 0, without a second trace, where no view reaches the critical angle inside the lens.
+
+    Notes
+    -----
+    Source: `lenticule.view_law`, both ways.
+    """
+    tangents = np.nan_to_num(tan_x), np.nan_to_num(tan_y)
+    slant = np.hypot(*tangents)
+    if slant.max(initial=0.0) <= critical_tangent(lens):
+        return np.zeros(slant.shape)
+    laid, glued = (view_law(lens, pitch_mm, laid=laid).phase_rad(*tangents) for laid in (True, False))
+    return np.asarray(laid - glued)
+
+
+def view_tangents(strip: Strip, camera_mm: Array, along_mm: Array) -> tuple[Array, Array]:
+    """Of the views of places along a strip, across the lenses (T, P) and along them (T, 1); camera_mm: (T, 3)."""
+    distance = np.abs(camera_mm[:, 2:3])
+    along, sideways = strip.frame.places(camera_mm[:, :2]).T
+    return (along_mm - along[:, None]) / distance, (strip.across_mm - sideways[:, None]) / distance
+
+
 def strip_law(badge: Badge, strip: Strip, camera_mm: Array, map_rad: Array | None = None) -> StripLaw:
     """The law of one strip.
 
@@ -83,10 +117,7 @@ def strip_law(badge: Badge, strip: Strip, camera_mm: Array, map_rad: Array | Non
     pitch_mm = grating.pitch_mm
     law = view_law(badge.lens, pitch_mm)
     places = np.append(strip.along_mm, strip.middle_mm)
-    distance = np.abs(camera_mm[:, 2:3])
-    along, sideways = strip.frame.places(camera_mm[:, :2]).T
-    tangent = (places[None, :] - along[:, None]) / distance
-    across = (strip.across_mm - sideways[:, None]) / distance
+    tangent, across = view_tangents(strip, camera_mm, places)
     # The law is smooth along a strip, so 24 look-ups per frame and linear interpolation are enough.
     coarse = np.linspace(0, len(places) - 2, 24).astype(int)
     shift_coarse = law.phase_rad(tangent[:, coarse], across) * pitch_mm / (2 * np.pi)

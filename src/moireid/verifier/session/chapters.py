@@ -78,8 +78,8 @@ class Chapter:
 
     @property
     def excused(self) -> bool:
-        """Whether page, sheet or view keep what its fringes do from being a failure."""
-        return self.identity.page_off or any(reason.code == "steep" for reason in self.invariant.reasons)
+        """Whether page or sheet keep what its fringes do from being a failure."""
+        return self.identity.page_off
 
     @property
     def breaks_law(self) -> bool:
@@ -231,7 +231,7 @@ def invariant_of(chapters: Sequence[Chapter]) -> Invariant:
 
 
 def _is_broken(chapter: Chapter, whole: Invariant, limit_log10: float) -> bool:
-    """Whether a chapter is rejected or would be but for page, sheet or view, has a gain that is surely another one than
+    """Whether a chapter is rejected or would be but for page or sheet, has a gain that is surely another one than
     the film's and is not accepted by itself, or a rival explains it better than the law by more than that power of ten.
     """
     own = chapter.invariant
