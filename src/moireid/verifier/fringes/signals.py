@@ -179,7 +179,8 @@ def _grating_signal(
     # The larger of two estimates: from the reprojection errors, and from what smoothing removed.
     slow = measuring.SLOW_ERROR_RATIO * poses.camera.slow_to_fast * removed
     tangent_error = max(poses.enlarged * _after_smoothing(jitter, whole, rounding), slow)
-    signal = _combine(own, tangent_error, badge, grating, track.times_s, poses.stretch)
+    air = air_law(badge.lens, grating.pitch_mm, *tangents.T)
+    signal = _combine(own, tangent_error, badge, grating, track.times_s, poses.stretch, air)
     known = within_law(track.strips, poses.camera_mm) & poses.good
     sd = np.where(known, signal.phase_sd_rad, np.inf)
     if track.vague is not None:
@@ -207,7 +208,6 @@ def _grating_signal(
         mixed_share=_mixed(own, known, track, frame, middle) if own else 0.0,
         beyond=_beyond(own, known, track, grating, tangents, poses.page_mm.mean(axis=0)) if own else None,
         lens_room=poses.camera.lens_room,
-        air_rad=within_stretches(air_law(badge.lens, grating.pitch_mm, *tangents.T), signal.stretch),
     )
 
 
@@ -305,6 +305,7 @@ def _combine(
     grating: Grating,
     times_s: Array,
     stretch: NDArray[np.int64],
+    air_rad: Array,
 ) -> GratingSignal:
     """One signal from several strips.
 
@@ -334,7 +335,7 @@ def _combine(
     total = weight.sum(axis=0)
     with np.errstate(divide="ignore"):
         phase_sd = np.where(total > 0, 1 / np.sqrt(total), np.inf)
-    turned = less_uneven_air(turned, weight, common)
+    turned = less_uneven_air(turned, weight, common, air_rad)
     wander = np.sqrt((weight * turned**2).sum(axis=1) / np.maximum(weight.sum(axis=1), 1e-12))
     slope = 2 * np.pi * badge.lens.thickness_mm / badge.lens.refractive_index / grating.pitch_mm
     strip_sd = np.array(
@@ -354,4 +355,5 @@ def _combine(
         strip_sd_rad=strip_sd,
         stretch=numbers,
         phase_rad=signal,
+        air_rad=within_stretches(air_rad, numbers),
     )

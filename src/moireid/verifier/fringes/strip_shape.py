@@ -86,7 +86,7 @@ BLOCKS = 12
 
 
 def places_apart_rad(shape: StripShape | None, times_s: Array, predicted_rad: Array, air_rad: Array) -> float:
-    """Deviation of the blocks from their strip, apart from a part of what air adds, and gains of their own.
+    """Deviation of the blocks from their strip, apart from gains of their own (`uneven_air`).
 
     Parameters
     ----------
@@ -96,17 +96,13 @@ def places_apart_rad(shape: StripShape | None, times_s: Array, predicted_rad: Ar
         Of all frames, s.
     predicted_rad : array (T,)
         Predicted phase of all frames.
-    air_rad : array (T, BLOCKS)
-        What is added to it in each block where the sheet is laid on, rad (`strip_law.air_law`).
+    air_rad : array (T,)
+        What is added to it where the sheet is laid on (`strip_law.air_law`).
 
     Returns
     -------
     float
         Root mean square over blocks and time, rad; 0 if there are no fringes.
-
-    Notes
-    -----
-    Source: the share of air is that of least squares, between 0 and 1, one for all blocks; gains: `uneven_air`.
     """
     if shape is None:
         return 0.0
@@ -118,14 +114,11 @@ def places_apart_rad(shape: StripShape | None, times_s: Array, predicted_rad: Ar
     weight = np.where(information > PLACE_MIN_INFORMATION_SHARE * np.median(information), information, 0.0)
     if not weight.sum() > 0:
         return 0.0
-    shift, air = correlated / np.maximum(information, 1e-12), moving_mean(air_rad[shape.clear], frames)
+    shift = correlated / np.maximum(information, 1e-12)
     # Remove the motion that all blocks share (the signal), and the constant of each block (an uneven sheet).
     for axis in (1, 0):
         total = weight.sum(axis=axis, keepdims=True)
-        shift, air = (
-            one - (weight * one).sum(axis=axis, keepdims=True) / np.where(total > 0, total, 1.0) for one in (shift, air)
-        )
-    shift = shift - air * np.clip((weight * air * shift).sum() / max((weight * air**2).sum(), 1e-12), 0.0, 1.0)
-    motion = moving_mean(predicted_rad[shape.clear, None], frames)[:, 0]
-    shift = less_uneven_air(shift.T, weight.T, motion).T
+        shift = shift - (weight * shift).sum(axis=axis, keepdims=True) / np.where(total > 0, total, 1.0)
+    motion, air = moving_mean(np.column_stack([predicted_rad, air_rad])[shape.clear], frames).T
+    shift = less_uneven_air(shift.T, weight.T, motion, air).T
     return float(np.sqrt((weight * shift**2).sum() / weight.sum()))
