@@ -3,10 +3,10 @@
 A board is filmed by `outside`, which shares nothing with `moireid.simulate`, through lenses of 0.5 to 8 times the
 picture's long side, drawn at random, from so far that it is 420 px wide: a badge that is moved flat before a still
 camera, a wearer who sways, a camera that walks.  And through one lens as it was built wrong: the page printed at 96 to
-104 % of its size, or a sheet of another pitch.  All of them are true films.  `air` is the table of air and angle: sheets
-glued or laid on, from five angles, by a pinhole camera, and forged films from the two steepest.  Printed is the verdict
-of each, gain and error bar, what the solver knows of the focal length, and for each kind how many are accepted,
-inconclusive, rejected.
+104 % of its size, or a sheet of another pitch.  All of them are true films.  `--only air` is the table of air and
+angle: sheets glued or laid on, from five angles, by a pinhole camera, and forged films from the two farthest aside.
+Printed is the verdict of each, gain and error bar, what the solver knows of the focal length, and for each kind how
+many are accepted, inconclusive, rejected.
 """
 
 from __future__ import annotations

@@ -6,10 +6,10 @@ far along x from the lens's axis each ray lands.  `view_response` traces H; `Vie
 because a verifier needs it at every frame.  Rays are traced by `trace_mm`.
 Less light passes a lens's flank than its top (Fresnel's equations), so rays are weighted by the share that passes: this
 changes the phase by 0.003 rad at a view tangent of 0.3 and by 0.02 at 0.7, and makes the law 1 % flatter beyond.
-A sheet is glued to the page, or laid on it.  Under one that is laid on is a thin gap of air, and rays that meet it beyond
-the critical angle, asin(1/n) to the sheet's normal, never see the page: the back mirrors them.  The flank of a lens leans
-by b = asin(p_f / 2R) and turns its rays the most, so the first are lost at a view of b + asin(n sin(asin(1/n) - b)) across
-the lenses (30 degrees for 62 lines an inch); from there on only a part of each lens works, and the two laws part.
+A sheet is glued to the page, or laid on it.  Under one that is laid on is a thin gap of air, and rays that meet it
+beyond the critical angle, asin(1/n) to the sheet's normal, never see the page: the back mirrors them.  The flank of a
+lens leans by b = asin(p_f / 2R) and turns its rays the most, so the first are lost from b + asin(n sin(asin(1/n) - b))
+across the lenses on (30 degrees for 62 lines an inch); from there on only a part of each lens works.
 Not modelled here: light that leaves a lenticule through its neighbour's flank after refraction (beyond 65 degrees), the
 directions of the lamp, and what the back mirrors of rays short of the critical angle.
 

@@ -90,9 +90,9 @@ MAX_GAIN_SD_SHARE = 0.215
 BUILT_GAIN_ROOM_SHARE, BUILT_GAIN_SDS = 0.04, 4 / 3
 #: Gains that can be enrolled.  Set by hand: wider than all sheets of `moireid.sheets` but the extreme ones, and finite.
 ENROLLED_GAINS = (0.5, 1.6)
-#: Least gain of a badge that is not known as built; nothing less is a question about the build.  Set by hand: a little
-#: less than half of a half, as the thinnest sheets of a pitch that can focus give half of the gain, and a view from
-#: some way aside through air half of that.  There is no greatest gain: 0.3 mm of air gives 2.2, and more of it more.
+#: Least gain of a badge that is not known as built; nothing less is a question about the build.  Set by hand: far
+#: below the half that the thinnest sheets of a pitch that can focus give.  There is no greatest gain: 0.3 mm of air
+#: gives 2.2, and more of it more.
 LEAST_BUILT_GAIN = 0.2
 #: Focal lengths that lenses have, over the picture's long side: from an ultra-wide phone to a press photographer's.
 #: Where a film does not show its own, any of them may have taken it.

@@ -79,4 +79,3 @@ def test_light_that_slopes_along_a_strip_moves_no_place():
     for added in (0.0, sloping):
         found = places_apart_rad(filmed(ahead=apart, added=added)[1], times, none, none)
         assert found == pytest.approx(float(apart.std()), rel=0.25)
-

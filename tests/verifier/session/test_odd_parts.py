@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from kit.fringe_signals import FRAMES, apart_from, clock, fringe_signal, lasting_noise, trajectory
+from kit.fringe_signals import apart_from, clock, fringe_signal, lasting_noise, trajectory
 from moireid.verifier.decision.judge import judge
 from moireid.verifier.decision.sheet_gain import DESIGNED
 from moireid.verifier.fringes.grating_signal import GratingSignal
@@ -62,7 +62,7 @@ def test_an_excused_chapter_is_not_averaged_away(how, page_off, verdict):
 def test_a_badge_whose_code_is_hidden_may_be_the_judged_one_where_its_fringes_are_not_as_usual(
     gain, noise_rad, how, page_off, breaks
 ):
-    """Catches: half the gain, or a page that is off, while the code is painted over and the true badge is not seen, in a
+    """Catches: half the gain, or a page that is off, while the code is painted over and no true badge is seen, in a
     film that is accepted; a true badge or a noisy one held against the judged one."""
     law = 1.2 * trajectory()
     film = fringe_signal(law, gain * law + lasting_noise(size=noise_rad), **how)

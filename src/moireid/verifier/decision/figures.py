@@ -130,7 +130,8 @@ class AirShare:
         if not left > 0:
             return cls(0.0, 0.0, 0.0, apart)
         seen = float(apart @ residual) / left
-        sd = math.hypot(_slope_sd(residual - seen * apart, left), limits.OWN_MOTION.motion_share * (power / left) ** 0.5)
+        bent = limits.OWN_MOTION.motion_share * math.sqrt(power / left)
+        sd = math.hypot(_slope_sd(residual - seen * apart, left), bent)
         shares = np.linspace(0.0, 1.0, 201)
         away = ((shares - seen) / sd) ** 2
         likely = np.exp(-0.5 * (away - away.min()))

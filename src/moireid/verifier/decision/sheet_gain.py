@@ -86,7 +86,7 @@ class SheetGain:
                 f"; when the badge was enrolled it was {self.expected:.3f}. A sheet that {sheet} does that, and so "
                 "does another sheet. Press it flat and film again, or enroll the badge again with a new film of it."
             )
-        sheet = "A thicker sheet, or air under it," if gain > 1 else "A thinner sheet, or air under it seen from aside,"
+        sheet = "A thicker sheet, or air under it," if gain > 1 else "A thinner sheet"
         if self.measured:
             low, high = self.room
             room = f"a badge can be enrolled with {low:g} to {high:g}"

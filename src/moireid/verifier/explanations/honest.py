@@ -6,17 +6,17 @@ can do.  A nuisance that explains more than that is cut off at its bound, so it 
 
 | nuisance | shape | cause |
 |---|---|---|
-| `air` | the law under a sheet laid on, less that under a glued one | air hides a part of each lens from aside |
+| `air` | the law of a sheet laid on, less that of a glued one | from aside, air hides a part of each lens |
 | `lag` | minus the law's rate | a codec shows faint blocks late; a stamp is off by a frame |
 | `bend` | the law's square | a bent page or a lens out of focus |
 | `across`, `distance` | the other parallax, one over the distance | the same, seen from elsewhere |
 | `zoom` | the law times the time | focus breathes |
 | `axis`, `axis_turn` | the time, and its square | a stabilised lens moves the optical axis |
 
-Convention: bounds are root mean squares over the film, rad; of `air`, between none and all of the shape, of which a gain
-    takes up a part, so that gains have as much more room (`HonestModel.seen`).  A series has one entry per block of frames, (N,); phases
-    in rad with weighted mean 0 in each stretch, since the phase constant of a stretch is unknown.  The weight of a
-    block is 1 for a typical frame and less for a vague one.
+Convention: bounds are root mean squares over the film, rad; of `air` none and all of the shape, a part of which a gain
+    takes up, so that gains have more room (`HonestModel.seen`).  A series has one entry per block of frames, (N,);
+    phases in rad with weighted mean 0 in each stretch, since the phase constant of a stretch is unknown.  The weight
+    of a block is 1 for a typical frame and less for a vague one.
 Source: linear least squares on columns made orthogonal in this order (Gram-Schmidt), so that cutting one coefficient
     off leaves the others as they are.
 """

@@ -2,9 +2,9 @@
 
 Fringes move as far as the lenses are from the page.  Where the sheet is not glued flat, that differs from place to
 place, and so does the gain of each row and of each place in a row.  It differs by a share that stays the same over a
-film, so it is known from the film itself: what is left of a part goes with the motion.  Seen from aside, a part that is
-glued and one that is laid on move apart by as much more as the two laws do (`strip_law.air_law`).  A part that moves much
-further than air explains has another cause, so nothing of that is taken away.
+film, so it is known from the film itself: what is left of a part goes with the motion.  Seen from aside, a part that
+is glued and one that is laid on move apart by as much more as the two laws do (`strip_law.air_law`).  A part that moves
+much further than air explains has another cause, so nothing of that is taken away.
 
 Convention: phases in rad, positive where the fringe is ahead; parts are rows, or places of one row.
 Source: traced: 0.05 mm of air beneath a sheet of 1 mm make the gain 1.10 (`docs/accuracy.md`).
