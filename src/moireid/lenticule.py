@@ -38,25 +38,16 @@ RAYS = 512
 MAX_TANGENT = 2.0
 
 
-def landing_mm(lens: Lens, start_mm: Array, tan_x: Array, tan_y: Array) -> Array:
-    """Where rays that cross the apex plane of a lenticular sheet at start_mm land on the page, along x.
-
-    Parameters: start_mm, tan_x, tan_y: arrays that broadcast together; start 0 is the axis of lenticule 0.
-    Convention: as `moireid.optics`; the result is an absolute place x, mm, not relative to a lens.
-    Returns: mm, of the broadcast shape.
-    Source: `trace_mm`.
-    """
-    return trace_mm(lens, start_mm, tan_x, tan_y)[0]
-
-
 def trace_mm(
     lens: Lens, start_mm: Array, tan_x: Array, tan_y: Array, air_mm: float | None = None
 ) -> tuple[Array, Array]:
-    """Where rays through a lenticular sheet land, as `landing_mm`, and the cosine of their incidence on the lens.
+    """Where rays that cross the apex plane of a sheet at start_mm land on the page, and their incidence on the lens.
 
-    Parameters: air_mm: between sheet and page, None where it is glued.
-    Convention: as `landing_mm`; NaN for a ray that misses the lens, or that the back mirrors.
-    Returns: mm and cosine, of the broadcast shape.
+    Parameters: start_mm, tan_x, tan_y: arrays that broadcast together; start 0 is the axis of lenticule 0; air_mm:
+        between sheet and page, None where it is glued.
+    Convention: as `moireid.optics`; the place is an absolute x, mm; NaN for a ray that misses the lens, or that the
+        back mirrors.
+    Returns: mm and the cosine of incidence, of the broadcast shape.
     Source: intersection with a circular cylinder and Snell's law in three dimensions.  The nearer root is computed as c
         / (-b + sqrt(b^2 - a c)), which avoids cancellation near the apex.
     """

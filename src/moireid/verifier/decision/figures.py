@@ -38,8 +38,8 @@ class Figures:
     phase_residual_rad: standard deviation of the regression's residual; excitation_rad: standard deviation of the
     predicted phase; expected_error_rad: expected error of one frame; strip_wander_rad: deviation of the worst strip;
     strip_sd_rad: error bar of a typical strip; place_wander_rad: deviation of places within a strip; rounding_rad and
-    tangent_sd: as in `GratingSignal`; information: Fisher information on the gain; air_share, air_share_sd: as in
-    `AirShare`, both 0 where the film does not show it.
+    tangent_sd: as in `GratingSignal`; information: Fisher information on the gain; air_share, air_share_sd: as
+    `air_share`, both 0 where the film does not show it.
     """
 
     correlation: float = 0.0
@@ -67,7 +67,7 @@ def figures_of(signal: GratingSignal) -> Figures:
     """All figures of one grating.
 
     Source: linear regression of measured on *predicted* phase, so that the gain is a ratio at any angle; less what air
-        beneath the sheet adds to it, with the error of that (`AirShare`).
+        beneath the sheet adds to it, with the error of that (`air_share`).
     """
     used = np.isfinite(signal.phase_sd_rad)
     measured, predicted = signal.measured_rad[used], signal.predicted_rad[used]
@@ -78,14 +78,14 @@ def figures_of(signal: GratingSignal) -> Figures:
     measured, predicted = within_stretches(measured, stretch), within_stretches(predicted, stretch)
     power = float(predicted @ predicted)
     gain = float(predicted @ measured) / power if power > 0 else 0.0
-    air = AirShare.of(within_stretches(signal.air_rad[used], stretch), predicted, measured - gain * predicted)
-    residual = measured - gain * predicted - air.share * air.apart_rad
-    gain -= air.share * air.gain
+    residual = measured - gain * predicted
+    share, share_sd, air_gain, apart = air_share(within_stretches(signal.air_rad[used], stretch), predicted, residual)
+    residual, gain = residual - share * apart, gain - share * air_gain
     return Figures(
         abs(pearson(measured, predicted)),
         window_correlation_mean(measured, predicted),
         gain,
-        math.hypot(_slope_sd(residual, power), signal.tangent_sd * abs(gain), air.share_sd * air.gain),
+        math.hypot(_slope_sd(residual, power), signal.tangent_sd * abs(gain), share_sd * air_gain),
         float(residual.std()),
         float(predicted.std()),
         math.hypot(float(np.median(signal.phase_sd_rad[used])), signal.pose_sd_rad),
@@ -95,48 +95,34 @@ def figures_of(signal: GratingSignal) -> Figures:
         signal.rounding_rad,
         signal.tangent_sd,
         float(np.sum(predicted**2 / (signal.phase_sd_rad[used] ** 2 + signal.pose_sd_rad**2))),
-        air.share,
-        air.share_sd,
+        share,
+        share_sd,
     )
 
 
-@dataclass(frozen=True)
-class AirShare:
-    """How much of the difference between a sheet that is laid on and one that is glued a film shows, 0 to 1.
+def air_share(air_rad: Array, predicted: Array, residual: Array) -> tuple[float, float, float, Array]:
+    """How much of the difference between a sheet that is laid on and one that is glued a film shows, 0 to 1, and its
+    standard deviation; by how much the whole difference changes a gain; and what that leaves of it, (T,).
 
-    share, share_sd: and its standard deviation; gain: by how much the whole difference changes a gain; apart_rad (T,):
-    what that leaves of the difference.
+    Parameters: air_rad: as `GratingSignal.air_rad`; residual: what the gain alone leaves of the measured phase; all
+        (T,), with mean 0 in each stretch.
+    Source: mean and standard deviation of a normal distribution cut off at 0 and 1, as any share is as likely
+        beforehand.  Its own is that of the regression on what a gain cannot take up, and of a bent page, which looks
+        much like that: an honest badge leaves the law by `OWN_MOTION.motion_share`.
     """
-
-    share: float
-    share_sd: float
-    gain: float
-    apart_rad: Array
-
-    @classmethod
-    def of(cls, air_rad: Array, predicted: Array, residual: Array) -> AirShare:
-        """The share.
-
-        Parameters: air_rad: as `GratingSignal.air_rad`; residual: what the gain alone leaves of the measured phase; all
-            (T,), with mean 0 in each stretch.
-        Source: mean and standard deviation of a normal distribution cut off at 0 and 1, as any share is as likely
-            beforehand.  Its own is that of the regression on what a gain cannot take up, and of a bent page, which
-            looks much like that: an honest badge leaves the law by `OWN_MOTION.motion_share`.
-        """
-        power = float(predicted @ predicted)
-        gain = float(air_rad @ predicted) / power if power > 0 else 0.0
-        apart = air_rad - gain * predicted
-        left = float(apart @ apart)
-        if not left > 0:
-            return cls(0.0, 0.0, 0.0, apart)
-        seen = float(apart @ residual) / left
-        bent = limits.OWN_MOTION.motion_share * math.sqrt(power / left)
-        sd = math.hypot(_slope_sd(residual - seen * apart, left), bent)
-        shares = np.linspace(0.0, 1.0, 201)
-        away = ((shares - seen) / sd) ** 2
-        likely = np.exp(-0.5 * (away - away.min()))
-        share = float(np.average(shares, weights=likely))
-        return cls(share, float(np.average((shares - share) ** 2, weights=likely)) ** 0.5, gain, apart)
+    power = float(predicted @ predicted)
+    gain = float(air_rad @ predicted) / power if power > 0 else 0.0
+    apart = air_rad - gain * predicted
+    left = float(apart @ apart)
+    if not left > 0:
+        return 0.0, 0.0, 0.0, apart
+    seen = float(apart @ residual) / left
+    bent = limits.OWN_MOTION.motion_share * math.sqrt(power / left)
+    shares = np.linspace(0.0, 1.0, 201)
+    away = ((shares - seen) / math.hypot(_slope_sd(residual - seen * apart, left), bent)) ** 2
+    likely = np.exp(-0.5 * (away - away.min()))
+    share = float(np.average(shares, weights=likely))
+    return share, math.sqrt(np.average((shares - share) ** 2, weights=likely)), gain, apart
 
 
 def _places_apart(signal: GratingSignal) -> float:

@@ -58,20 +58,9 @@ def within_law(strips: Sequence[Strip], camera_mm: Array) -> NDArray[np.bool_]:
 def air_law(lens: Lens, pitch_mm: float, tan_x: Array, tan_y: Array) -> Array:
     """What is added to the phase law where the sheet is not glued to the page, but laid on it.
 
-    Parameters
-    ----------
-    lens, pitch_mm
-        Of the badge and the grating.
-    tan_x, tan_y : arrays that broadcast together
-        Of the views, across and along the lenses; one that is not known counts as from the front.
-
-    Returns
-    -------
-    array of the broadcast shape
-        rad; 0, without a second trace, where no view reaches the critical angle inside the lens.
-
-    Notes
-    -----
+    Parameters: lens, pitch_mm: of the badge and the grating; tan_x, tan_y: of the views, across and along the lenses,
+        that broadcast together; one that is not known counts as from the front.
+    Returns: rad; 0, without a second trace, where no view reaches the critical angle inside the lens.
     Source: `lenticule.view_law`, both ways.
     """
     tangents = np.nan_to_num(tan_x), np.nan_to_num(tan_y)
