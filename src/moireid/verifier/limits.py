@@ -82,6 +82,9 @@ GAIN_REJECTED_SDS = 3.0
 #: From this share of the gain on, an error bar is too wide to accept.  Derived: fringes at 1.9 times the true gain
 #: would be accepted with a probability of 1 % (ln(1.15 / 1.9) is 2.33 times 0.215).
 MAX_GAIN_SD_SHARE = 0.215
+#: What air may hide of a gain, in so many of its error bars, is less than the tolerance, or the gain is not accepted.
+#: Derived: 95 % of a normal distribution.
+AIR_SDS = 2.0
 #: A badge that is known as built: its gain is accepted within the first, or within so many error bars of film
 #: and enrolment together where that is more, and never beyond `GAIN_TOLERANCE_SHARE`.  Derived: focus moves the focal
 #: length by up to 2 % unseen; 20 K and wet air change thickness and index of a sheet by 0.5 %, 5 um of air another 1 to

@@ -224,6 +224,10 @@ def test_a_sheet_that_is_laid_on_follows_the_law_as_one_that_is_glued(low_deg, h
     for gain in (0.5, 0.0, -1.0):
         forged = judge([fringe_signal(glued, gain * glued + lasting_noise(), air_rad=air)], BUILT)
         assert forged.verdict == "reject" or (forged.verdict == "inconclusive" and (gain > 0 or low_deg > 50))
+    # Where air could be a half of a gain, none is accepted.
+    for gain in (0.5, 0.6, 0.7):
+        film = fringe_signal(glued, gain * glued + lasting_noise(), air_rad=air)
+        assert judge([film]).verdict != "accept"
 
 
 @pytest.mark.parametrize("gain", [-1.0, 0.5])

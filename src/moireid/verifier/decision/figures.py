@@ -38,8 +38,8 @@ class Figures:
     phase_residual_rad: standard deviation of the regression's residual; excitation_rad: standard deviation of the
     predicted phase; expected_error_rad: expected error of one frame; strip_wander_rad: deviation of the worst strip;
     strip_sd_rad: error bar of a typical strip; place_wander_rad: deviation of places within a strip; rounding_rad and
-    tangent_sd: as in `GratingSignal`; information: Fisher information on the gain; air_share, air_share_sd: as
-    `air_share`, both 0 where the film does not show it.
+    tangent_sd: as in `GratingSignal`; information: Fisher information on the gain; air_share: as `air_share`; air_sd:
+    the part of gain_sd that is its error; both 0 where no view is from beyond the critical angle.
     """
 
     correlation: float = 0.0
@@ -56,7 +56,7 @@ class Figures:
     tangent_sd: float = 0.0
     information: float = 0.0
     air_share: float = 0.0
-    air_share_sd: float = 0.0
+    air_sd: float = 0.0
 
     def to_json(self) -> dict[str, object]:
         """As an entry of `invariant.gratings`."""
@@ -96,7 +96,7 @@ def figures_of(signal: GratingSignal) -> Figures:
         signal.tangent_sd,
         float(np.sum(predicted**2 / (signal.phase_sd_rad[used] ** 2 + signal.pose_sd_rad**2))),
         share,
-        share_sd,
+        share_sd * abs(air_gain),
     )
 
 
