@@ -88,7 +88,7 @@ def troubled(**of_signal: Any) -> Sequence[Reason]:
     small = "doubt" in of_signal
     bad = compared(deviation_rad=1.5, doubted=not small, figures=mean(expected_error_rad=0.3 * small))
     open_ = Reason("residual", "undecided", 1.5, 1.0, "rad", "It leaves the law.")
-    doubts = doubts_of([(signal(**of_signal), bad)], page_off=False)
+    doubts = doubts_of([(signal(**of_signal), bad)])
     return [open_, *(one for one in (doubts.camera, doubts.small) if one is not None)]
 
 

@@ -30,31 +30,20 @@ def camera_doubted(signal: GratingSignal) -> bool:
 
 @dataclass(frozen=True)
 class Doubts:
-    """The doubts about a film: one about its camera, or small markers, with their findings; whether rows are covered;
-    and whether its fringes prove nothing against it at all, as page or sheet is off.
-    """
+    """The findings about a film's camera, or small markers; and whether rows are covered."""
 
     camera: Reason | None = None
     small: Reason | None = None
     covered: bool = False
-    page_off: bool = False
-
-    @property
-    def anything(self) -> bool:
-        """Whether a true badge's fringes may do anything in such a film."""
-        return self.small is not None or self.page_off
 
 
-def doubts_of(moving: Sequence[tuple[GratingSignal, GratingComparison]], *, page_off: bool) -> Doubts:
-    """The doubts about a film.
-
-    Parameters: moving: gratings that moved enough; page_off: as `Identity.page_off`.
-    """
+def doubts_of(moving: Sequence[tuple[GratingSignal, GratingComparison]]) -> Doubts:
+    """The doubts about a film.  Parameters: moving: gratings that moved enough."""
     signals = [signal for signal, _ in moving]
     camera = _camera(signals) if any(one.doubted for _, one in moving) else None
     covered = any(signal.covered_share >= limits.MIN_ROWS_COVERED for signal in signals)
     small = None if camera is not None else _small(moving)
-    return Doubts(camera, small, covered, page_off)
+    return Doubts(camera, small, covered)
 
 
 def _small(moving: Sequence[tuple[GratingSignal, GratingComparison]]) -> Reason | None:

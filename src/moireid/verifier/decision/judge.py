@@ -181,10 +181,10 @@ def judge(
     table, harmonic = film_table(laws), None
     reasons = findings.evidence(signals, mean, enough=bool(moving))  # Step 1.
     if moving:
-        doubts = doubts_of(moving, page_off=page_off)  # Step 2.
+        doubts = doubts_of(moving)  # Step 2.
         several = parts_of([law.figures for law in laws], code_apart, covered=doubts.covered)
 
-        prove = not doubts.anything
+        prove = doubts.small is None and not page_off
         gains = findings.gain(moving, sheet, prove=prove)  # Step 3.
         residual = findings.residual(laws, prove=prove and not doubts.covered)  # Step 4.
         together = parts(several, prove=prove)  # Step 5.

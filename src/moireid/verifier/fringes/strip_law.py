@@ -71,13 +71,6 @@ def air_law(lens: Lens, pitch_mm: float, tan_x: Array, tan_y: Array) -> Array:
     return np.asarray(laid - glued)
 
 
-def view_tangents(strip: Strip, camera_mm: Array, along_mm: Array) -> tuple[Array, Array]:
-    """Of the views of places along a strip, across the lenses (T, P) and along them (T, 1); camera_mm: (T, 3)."""
-    distance = np.abs(camera_mm[:, 2:3])
-    along, sideways = strip.frame.places(camera_mm[:, :2]).T
-    return (along_mm - along[:, None]) / distance, (strip.across_mm - sideways[:, None]) / distance
-
-
 def strip_law(badge: Badge, strip: Strip, camera_mm: Array, map_rad: Array | None = None) -> StripLaw:
     """The law of one strip.
 
@@ -106,7 +99,10 @@ def strip_law(badge: Badge, strip: Strip, camera_mm: Array, map_rad: Array | Non
     pitch_mm = grating.pitch_mm
     law = view_law(badge.lens, pitch_mm)
     places = np.append(strip.along_mm, strip.middle_mm)
-    tangent, across = view_tangents(strip, camera_mm, places)
+    distance = np.abs(camera_mm[:, 2:3])
+    along, sideways = strip.frame.places(camera_mm[:, :2]).T
+    tangent = (places[None, :] - along[:, None]) / distance
+    across = (strip.across_mm - sideways[:, None]) / distance
     # The law is smooth along a strip, so 24 look-ups per frame and linear interpolation are enough.
     coarse = np.linspace(0, len(places) - 2, 24).astype(int)
     shift_coarse = law.phase_rad(tangent[:, coarse], across) * pitch_mm / (2 * np.pi)
