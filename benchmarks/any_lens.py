@@ -3,9 +3,10 @@
 A board is filmed by `outside`, which shares nothing with `moireid.simulate`, through lenses of 0.5 to 8 times the
 picture's long side, drawn at random, from so far that it is 420 px wide: a badge that is moved flat before a still
 camera, a wearer who sways, a camera that walks.  And through one lens as it was built wrong: the page printed at 96 to
-104 % of its size, a sheet of another pitch, air beneath it, each at five magnitudes and air from four angles.  All of
-them are true films.  Printed is the verdict of each, gain and error bar, what the solver knows of the focal length, and
-for each kind how many are accepted, inconclusive, rejected.
+104 % of its size, or a sheet of another pitch.  All of them are true films.  `--only air` is the table of air and
+angle: sheets glued or laid on, from five angles, by a pinhole camera, and forged films from the two farthest aside.
+Printed is the verdict of each, gain and error bar, what the solver knows of the focal length, and for each kind how
+many are accepted, inconclusive, rejected.
 """
 
 from __future__ import annotations
@@ -37,7 +38,10 @@ MOVES = ("flat", "sway", "arc")
 #: Of the page, and of the sheet's pitch, over the design's; air, mm; views, degrees.
 PAGES = (0.96, 0.97, 0.98, 1.02, 1.04)
 SHEETS = (0.984, 0.988, 1.012, 1.016, 1.0333)
-AIRS_MM, VIEWS_DEG = (0.005, 0.02, 0.05, 0.2, 0.3), ((-15, 15), (27, 45), (39, 52), (53, 62))
+AIRS_MM, VIEWS_DEG = (0.0, 0.005, 0.01, 0.02, 0.05, 0.2), ((-15, 15), (17, 39), (27, 45), (39, 52), (53, 62))
+#: Of the other sheet, and what is forged from the side: under glued sheets, and through air.
+OTHER_LENS, OTHER_AIRS_MM = "50lpi", (0.0, 0.02)
+FORGED = ("gain_0.5", "gain_0.8", "frozen", "drift_fitted", "late_300ms")
 
 
 def six(*parts: Any) -> Any:
@@ -86,8 +90,12 @@ def cases(clips: int) -> dict[str, dict[str, Any]]:
     found |= {f"page {scale}": {"kind": "page", "page": scale} for scale in PAGES}
     found |= {f"sheet {scale}": {"kind": "sheet", "sheet": scale} for scale in SHEETS}
     for low, high in VIEWS_DEG:
-        view = f"{low} to {high} deg"
-        found |= {f"air {air} {view}": {"kind": f"air, {view}", "air": air, "view": (low, high)} for air in AIRS_MM}
+        view, seen = f"{low} to {high} deg", {"view": (low, high)}
+        found |= {f"air {air} {view}": seen | {"kind": f"air, {view}", "air": air} for air in AIRS_MM}
+        other = seen | {"kind": f"air, {OTHER_LENS}", "lens": OTHER_LENS}
+        found |= {f"air {air} {view} {OTHER_LENS}": other | {"air": air} for air in OTHER_AIRS_MM}
+        forged = [(kind, air) for kind in FORGED for air in OTHER_AIRS_MM if low > 30]
+        found |= {f"air {air} {view} {kind}": seen | {"kind": kind, "air": air, "forge": kind} for kind, air in forged}
     return found
 
 
@@ -99,6 +107,8 @@ def camera_and_course(case: dict[str, Any], width_mm: float, rng: np.random.Gene
         # A lens that is long for its sensor has less distortion, and hides less light at its edges.
         share = camera.focal_px / focal_px
         camera = replace(camera, focal_px=focal_px, k1=camera.k1 * min(1.0, share) ** 2)
+    if "view" in case:
+        camera = replace(camera, k1=0.0, readout_s=0.0)
     distance_mm = camera.focal_px * width_mm / WIDE_PX
     if "move" not in case:
         return camera, swept(distance_mm, case.get("view", (-15, 15)), rng)
@@ -120,14 +130,15 @@ def judged(job: tuple[Path, str, dict[str, Any]]) -> Row:
     folder, name, case = job
     path = folder / f"{name.replace(' ', '_')}.mp4"
     rng = np.random.default_rng([*name.encode(), 11])
-    page = flawed(load_page(folder / "badge"), Flaws(air_mm=case.get("air", 0.0)), 1)
+    made = prepared(folder / case["lens"], "--lens", case["lens"]) if "lens" in case else prepared(folder)
+    page = flawed(load_page(made / "badge"), Flaws(air_mm=case.get("air", 0.0)), 1)
     camera, motion = camera_and_course(case, page.size_mm[0], rng)
     own = misbuilt(built(page, rng), case)
     if not path.exists():
         scratch = path.with_suffix(".part.mp4")
-        film(page, own, camera, motion, scratch, Shoot(FRAMES, FPS, 23, 1))
+        film(page, own, camera, motion, scratch, Shoot(FRAMES, FPS, 23, 1, case.get("forge")))
         scratch.rename(path)
-    badge = load_badge(folder / "badge" / "badge.json")
+    badge = load_badge(made / "badge" / "badge.json")
     report = verify(path, Question(badge, badge.id))
     found, solved = report.invariant, report.to_json()["camera"] or {}
     return {

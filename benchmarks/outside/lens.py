@@ -83,7 +83,9 @@ def _refract(s, t, ds, dt, z, ns, nt, nz, thickness, index, air):
     deep = (thickness - z) / fz
     across = (cos_in - index * cos_out) / (cos_in + index * cos_out)
     along = (index * cos_in - cos_out) / (index * cos_in + cos_out)
-    # Air beneath the sheet turns the ray back to the slope that it had outside of a flat sheet.
-    beyond = air * index / math.sqrt(max(1.0 - index * index * (fs * fs + ft * ft), 1e-6)) if air > 0 else 0.0
-    share = 1.0 - 0.5 * (across * across + along * along)
+    # Air beneath the sheet turns the ray back to the slope that it had outside of a flat sheet, or mirrors it at the
+    # back, where it shows the room.
+    leaving = 1.0 - index * index * (fs * fs + ft * ft)
+    beyond = air * index / math.sqrt(max(leaving, 1e-6)) if air > 0 else 0.0
+    share = 1.0 - 0.5 * (across * across + along * along) if air == 0 or leaving > 0 else 0.0
     return s + ds * z + fs * (deep + beyond), t + dt * z + ft * (deep + beyond), share

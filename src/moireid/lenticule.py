@@ -6,8 +6,12 @@ far along x from the lens's axis each ray lands.  `view_response` traces H; `Vie
 because a verifier needs it at every frame.  Rays are traced by `trace_mm`.
 Less light passes a lens's flank than its top (Fresnel's equations), so rays are weighted by the share that passes: this
 changes the phase by 0.003 rad at a view tangent of 0.3 and by 0.02 at 0.7, and makes the law 1 % flatter beyond.
-Not modelled here: light that leaves a lenticule through its neighbour's flank after refraction (beyond 65 degrees), and
-the directions of the lamp.
+A sheet is glued to the page, or laid on it.  Under one that is laid on is a thin gap of air, and rays that meet it
+beyond the critical angle, asin(1/n) to the sheet's normal, never see the page: the back mirrors them.  The flank of a
+lens leans by b = asin(p_f / 2R) and turns its rays the most, so the first are lost from b + asin(n sin(asin(1/n) - b))
+across the lenses on (30 degrees for 62 lines an inch); from there on only a part of each lens works.
+Not modelled here: light that leaves a lenticule through its neighbour's flank after refraction (beyond 65 degrees), the
+directions of the lamp, and what the back mirrors of rays short of the critical angle.
 
 Convention: the apex plane is z = 0, z into the page; lens 0 has its axis at x = 0.
 Source: intersection with a cylinder and Snell's law in three dimensions.
@@ -34,22 +38,16 @@ RAYS = 512
 MAX_TANGENT = 2.0
 
 
-def landing_mm(lens: Lens, start_mm: Array, tan_x: Array, tan_y: Array) -> Array:
-    """Where rays that cross the apex plane of a lenticular sheet at start_mm land on the page, along x.
+def trace_mm(
+    lens: Lens, start_mm: Array, tan_x: Array, tan_y: Array, air_mm: float | None = None
+) -> tuple[Array, Array]:
+    """Where rays that cross the apex plane of a sheet at start_mm land on the page, and their incidence on the lens.
 
-    Parameters: start_mm, tan_x, tan_y: arrays that broadcast together; start 0 is the axis of lenticule 0.
-    Convention: as `moireid.optics`; the result is an absolute place x, mm, not relative to a lens.
-    Returns: mm, of the broadcast shape.
-    Source: `trace_mm`.
-    """
-    return trace_mm(lens, start_mm, tan_x, tan_y)[0]
-
-
-def trace_mm(lens: Lens, start_mm: Array, tan_x: Array, tan_y: Array) -> tuple[Array, Array]:
-    """Where rays through a lenticular sheet land, as `landing_mm`, and the cosine of their incidence on the lens.
-
-    Convention: as `landing_mm`; NaN for a ray that misses the lens.
-    Returns: mm and cosine, of the broadcast shape.
+    Parameters: start_mm, tan_x, tan_y: arrays that broadcast together; start 0 is the axis of lenticule 0; air_mm:
+        between sheet and page, None where it is glued.
+    Convention: as `moireid.optics`; the place is an absolute x, mm; NaN for a ray that misses the lens, or that the
+        back mirrors.
+    Returns: mm and the cosine of incidence, of the broadcast shape.
     Source: intersection with a circular cylinder and Snell's law in three dimensions.  The nearer root is computed as c
         / (-b + sqrt(b^2 - a c)), which avoids cancellation near the apex.
     """
@@ -80,7 +78,23 @@ def trace_mm(lens: Lens, start_mm: Array, tan_x: Array, tan_y: Array) -> tuple[A
     bend = cosine / n - np.sqrt(1.0 - (1.0 - cosine**2) / n**2)
     refracted_x = tan_x / length / n + bend * normal_x
     refracted_depth = 1.0 / length / n + bend * normal_depth
-    return index * pitch + hit_x + refracted_x / refracted_depth * (lens.thickness_mm - depth), cosine
+    landed = index * pitch + hit_x + refracted_x / refracted_depth * (lens.thickness_mm - depth)
+    if air_mm is not None:
+        leaving = 1.0 - n**2 * (1.0 - refracted_depth**2)
+        landed = landed + air_mm * n * refracted_x / np.sqrt(np.where(leaving > 0, leaving, np.nan))
+    return landed, cosine
+
+
+def critical_tangent(lens: Lens) -> float:
+    """The view's tangent from which on air beneath the sheet hides a part of each lens; infinite for a mask.
+
+    Source: module docstring.  A view that is slanted along the lenses, too, is slanted more before it loses a ray.
+    """
+    if lens.radius_mm is None:
+        return math.inf
+    flank, critical = math.asin(min(lens.pitch_mm / 2 / lens.radius_mm, 1.0)), math.asin(1 / lens.refractive_index)
+    leaning = max(lens.refractive_index * math.sin(critical - flank), -1.0)
+    return math.tan(max(flank + math.asin(leaning), 0.0))
 
 
 def view_response(
@@ -89,13 +103,14 @@ def view_response(
     tan_x: ArrayLike,
     tan_y: ArrayLike = 0.0,
     *,
+    air_mm: float | None = None,
     rays: int = RAYS,
     fresnel: bool = True,
 ) -> NDArray[np.complex128]:
     """Complex response H of the front layer to printed lines of pitch p_r, for each view direction.
 
-    Parameters: tan_x, tan_y broadcast together; rays: number across one lenticule; fresnel: weight rays by the share
-        that passes the lens; otherwise all count alike, as in the analytic renderer.
+    Parameters: tan_x, tan_y broadcast together; air_mm: as in `trace_mm`; rays: number across one lenticule; fresnel:
+        weight rays by the share that passes the lens; otherwise all count alike, as in the analytic renderer.
     Convention: arg H is the phase that the view adds at a lens's axis (for a mask, in the middle of an opening);
         it rises with tan_x.  |H| is the contrast kept, 1 for a perfect focus.
     Returns: complex array of the broadcast shape.
@@ -106,13 +121,14 @@ def view_response(
     tan_x, tan_y = np.asarray(tan_x, float), np.asarray(tan_y, float)
     if lens.kind == "mask":
         assert lens.open_fraction is not None
-        shift = optics.slab_shift_mm(lens.thickness_mm, lens.refractive_index, tan_x, tan_y)
+        shift = optics.slab_shift_mm(lens.thickness_mm, lens.refractive_index, tan_x, tan_y) + (air_mm or 0.0) * tan_x
         # numpy's sinc is sin(pi x)/(pi x): the first Fourier coefficient of the openings over their mean.
         return np.asarray(np.exp(2j * math.pi * shift / rear_pitch_mm) * np.sinc(lens.open_fraction))
     across = ((np.arange(rays) + 0.5) / rays - 0.5) * lens.pitch_mm
-    landed, cosine = trace_mm(lens, across, tan_x[..., None], tan_y[..., None])
+    landed, cosine = trace_mm(lens, across, tan_x[..., None], tan_y[..., None], air_mm)
     passed = optics.passed_share(lens.refractive_index, cosine) if fresnel else np.ones_like(cosine)
-    seen = (passed * np.exp(2j * math.pi * landed / rear_pitch_mm)).sum(axis=-1)
+    light = passed * np.exp(2j * math.pi * landed / rear_pitch_mm)
+    seen = light.sum(axis=-1) if air_mm is None else np.nansum(light, axis=-1)
     return np.asarray(seen / passed.sum(axis=-1))
 
 
@@ -194,40 +210,44 @@ class ViewLaw:
 
 
 #: Laws that this process has traced or received; the oldest are dropped first.
-_KNOWN: dict[tuple[Lens, float], ViewLaw] = {}
+_KNOWN: dict[tuple[Lens, float, bool], ViewLaw] = {}
 MOST_KNOWN = 256
 
 
-def view_law(lens: Lens, rear_pitch_mm: float) -> ViewLaw:
+def view_law(lens: Lens, rear_pitch_mm: float, *, laid: bool = False) -> ViewLaw:
     """The law of `lens` over lines of that pitch as a table, traced once per process.
 
-    Convention: as `view_response`.
+    Parameters: laid: whether the sheet is only laid on, over air much thinner than itself; else it is glued.
+    Convention: as `view_response`.  Up to `critical_tangent` both laws are the same.
     Source: `trace_law`.
     """
-    law = _KNOWN.get((lens, rear_pitch_mm))
+    law = _KNOWN.get((lens, rear_pitch_mm, laid))
     if law is None:
-        law = trace_law(lens, rear_pitch_mm)
-        know_law(lens, rear_pitch_mm, law)
+        law = trace_law(lens, rear_pitch_mm, laid=laid)
+        know_law(lens, rear_pitch_mm, law, laid=laid)
     return law
 
 
-def know_law(lens: Lens, rear_pitch_mm: float, law: ViewLaw) -> None:
+def know_law(lens: Lens, rear_pitch_mm: float, law: ViewLaw, *, laid: bool = False) -> None:
     """Store a law of this lens and pitch that another process has traced."""
     while len(_KNOWN) >= MOST_KNOWN:
         _KNOWN.pop(next(iter(_KNOWN)), None)
-    _KNOWN[lens, rear_pitch_mm] = law
+    _KNOWN[lens, rear_pitch_mm, laid] = law
 
 
-def trace_law(lens: Lens, rear_pitch_mm: float) -> ViewLaw:
+def trace_law(lens: Lens, rear_pitch_mm: float, *, laid: bool = False) -> ViewLaw:
     """Trace the law of `lens` over lines of that pitch into a table; 0.05 s.
 
+    Parameters: laid: as in `view_law`.
     Convention: as `view_response`.
     Source: `view_response` on a grid of 161 by 17 tangents up to `MAX_TANGENT`; the phase is unwrapped from the axis.
     """
     half = np.linspace(0.0, MAX_TANGENT, 81)
     tan_y = np.linspace(0.0, MAX_TANGENT, 17)
     # A few views at a time, whose rays fit into a processor's cache.
-    response = np.concatenate([view_response(lens, rear_pitch_mm, few[:, None], tan_y) for few in np.split(half, 27)])
+    air_mm, parts = 0.0 if laid else None, np.split(half, 27)
+    traced = [view_response(lens, rear_pitch_mm, few[:, None], tan_y, air_mm=air_mm) for few in parts]
+    response = np.concatenate(traced)
     # At tan_x = 0 the symmetric lens adds a phase of 0 or pi; unwrapping starts there, and the rest is mirrored.
     angle = np.angle(response)
     # An unfocused lens may give pi there; it must not jump between +pi and -pi along tan_y.

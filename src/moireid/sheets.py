@@ -17,13 +17,11 @@ from dataclasses import replace
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from moireid.badge import Lens
 from moireid.errors import SpecError
-from moireid.lenticule import RAYS, trace_mm
+from moireid.lenticule import view_response
 from moireid.materials import Material, materials
-from moireid.optics import passed_share, slab_shift_mm
 
 MM_PER_INCH = 25.4
 #: Half circles meet at a right angle to the sheet; their radius is half a pitch, and a little more, as sheets stretch.
@@ -85,28 +83,10 @@ def effective_gap_mm(lens: Lens, rear_pitch_mm: float, gap_mm: float = 0.0) -> f
     """Slope of the law near the axis as a length, with an air gap between sheet and page.
 
     Convention: as `lenticule.ViewLaw.effective_gap_mm`, which is the same without a gap.
-    Source: `lenticule.trace_mm`; a ray's slope in the sheet is what a thicker sheet would add to where it lands, and
-        Snell's law turns it at the back.  Rays that the back mirrors are lost.
+    Source: `lenticule.view_response`; seen from the other side, it is the conjugate.
     """
-    if lens.kind == "mask":
-        shift = slab_shift_mm(lens.thickness_mm, lens.refractive_index, NEAR) / NEAR
-        return float(shift) + gap_mm
-    across = ((np.arange(RAYS) + 0.5) / RAYS - 0.5) * lens.pitch_mm
-    turned = np.angle(_response(lens, rear_pitch_mm, gap_mm, across) ** 2)
+    turned = np.angle(view_response(lens, rear_pitch_mm, NEAR, air_mm=gap_mm or None) ** 2)
     return float(turned) * rear_pitch_mm / (2 * math.pi * 2 * NEAR)
-
-
-def _response(lens: Lens, rear_pitch_mm: float, gap_mm: float, across: NDArray[np.float64]) -> complex:
-    """Mean over the rays of one lens, seen at the tangent `NEAR`; from the other side it is the conjugate."""
-    zero = np.zeros_like(across)
-    landed, cosine = trace_mm(lens, across, zero + NEAR, zero)
-    deeper, _ = trace_mm(replace(lens, thickness_mm=lens.thickness_mm + 1.0), across, zero + NEAR, zero)
-    weight = passed_share(lens.refractive_index, cosine)
-    if gap_mm > 0:
-        sine = lens.refractive_index * np.sin(np.arctan(deeper - landed))
-        passes = np.abs(sine) < 1
-        landed, weight = landed[passes] + gap_mm * np.tan(np.arcsin(sine[passes])), weight[passes]
-    return complex(np.sum(weight * np.exp(2j * math.pi * landed / rear_pitch_mm)))
 
 
 @cache

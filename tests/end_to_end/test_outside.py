@@ -10,6 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from moireid.badge import Lens
+from moireid.lenticule import critical_tangent, view_law, view_response
+
 BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
 PITCH, THICKNESS, INDEX, LINES = 0.508, 1.0, 1.56, 0.52
 RADIUS = THICKNESS * (INDEX - 1) / INDEX
@@ -30,14 +33,14 @@ def test_it_imports_nothing_of_ours() -> None:
             assert not [name for name in names if name.startswith("moireid")], path.name
 
 
-def _phase_rad(tangent: float, slope_along: float = 0.0) -> float:
+def _phase_rad(tangent: float, slope_along: float = 0.0, air_mm: float = 0.0) -> float:
     """Fringe phase of a pixel that covers whole lenses, from a ray of that slope through each part of a lens."""
     from outside.lens import through_cylinders
 
     count = 4000
     landed, along, share = (np.arange(count) + 0.5) / count * PITCH, np.zeros(count), np.empty(count)
     slopes = np.full(count, tangent), np.full(count, slope_along)
-    through_cylinders(count, landed, along, *slopes, share, 0.0, PITCH, RADIUS, THICKNESS, INDEX)
+    through_cylinders(count, landed, along, *slopes, share, 0.0, PITCH, RADIUS, THICKNESS, INDEX, air_mm)
     return float(np.angle(np.sum(share * np.exp(2j * math.pi * (landed - PITCH / 2) / LINES))))
 
 
@@ -51,6 +54,18 @@ def test_a_lens_bends_as_an_independent_tracer_found() -> None:
     assert _phase_rad(0.01) * LINES / (2 * math.pi * 0.01) == pytest.approx(0.60, abs=0.005)
     # Slopes along the lenses make the path longer and the fringes slower: 1.8 % at 0.3.
     assert _phase_rad(0.05, 0.3) / _phase_rad(0.05) == pytest.approx(1 - 0.018, abs=0.004)
+
+
+@pytest.mark.claim("Of a sheet laid on, rays beyond the critical angle are lost, as an outside tracer has it")
+@pytest.mark.parametrize("tangent", [0.5, 0.7, 0.8, 0.95])
+def test_air_hides_a_part_of_each_lens_as_an_independent_tracer_found(tangent: float) -> None:
+    """Catches: rays that see the page beyond the critical angle; a law that leaves the glued one too early or late."""
+    lens = Lens("lenticular", PITCH, THICKNESS, INDEX)
+    for air_mm in (1e-6, 0.02):
+        seen = complex(view_response(lens, LINES, tangent, 0.1, air_mm=air_mm, rays=4000))
+        assert np.angle(seen * np.exp(-1j * _phase_rad(tangent, 0.1, air_mm))) == pytest.approx(0.0, abs=0.004)
+    glued, laid = (float(view_law(lens, LINES, laid=laid).phase_rad(tangent, 0.1)) for laid in (False, True))
+    assert (abs(laid - glued) < 1e-3) == (tangent < critical_tangent(lens))
 
 
 def _striped_page():  # type: ignore[no-untyped-def]

@@ -19,6 +19,7 @@ from moireid.dots import on_dots
 from moireid.errors import SpecError
 from moireid.frames import axis_words, own_rect
 from moireid.idcodes.spacing import PHASE_LEVELS
+from moireid.lenticule import critical_tangent
 from moireid.profiles import find_printer
 
 
@@ -99,6 +100,9 @@ def _explain_reading(badge: Badge) -> list[tuple[str, str]]:
         rows.append((f"reading all at {metres:g} m", f"probability {chance}, {figures}"))
     share = f"{100 * PROMISED_SHARE:g} of 100 films of 8 s"
     rows += [(f"by {one.words}", f"{share} read up to {read.reach_m(one):.2f} m") for one in RECEIVERS]
+    if badge.lens.kind == "lenticular":
+        aside = math.degrees(math.atan(critical_tangent(badge.lens)))
+        rows.append(("a sheet only laid on", f"moves fringes as a glued one up to {aside:.0f} degrees aside"))
     return [*rows, ("a verdict, swaying 8 s", f"up to {verdict_reach_m(badge):.1f} m; farther, move more")]
 
 

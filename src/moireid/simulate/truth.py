@@ -64,8 +64,8 @@ def shown_phase_rad(scene: Scene, grating: Grating, shown_mm: Array, sight_mm: A
 
     Parameters: shown_mm, sight_mm (3,): as in `rear_layer.ShownViews`; field (2,): parallax added at the centre.
     Convention: phase by `lenticule.ViewLaw` for the grating's pitch, with print and sheet of their nominal scale, and
-        without what changes over the sheet; nan beyond its table.  A gap below the sheet, and lenses that are not
-        round, add what they do near the axis.
+        without what changes over the sheet; nan beyond its table.  A gap below the sheet hides a part of each lens
+        from aside; it, and lenses that are not round, add what they do near the axis.
     Source: the line of sight to the page's centre crosses the lenses at -g t; the lenses show there what is seen from
         the shown place.  Where both places are equal, this is the law for the page's plane.
     """
@@ -77,7 +77,7 @@ def shown_phase_rad(scene: Scene, grating: Grating, shown_mm: Array, sight_mm: A
         return math.nan
     lines = 1 / pitch - 1 / lens.pitch_mm
     (across, along), offset = frame.directions(tangents), float(frame.directions(crossing)[0])
-    view = float(view_law(lens, pitch).phase_rad(across, along))
+    view = float(view_law(lens, pitch, laid=scene.build.air_gap_mm > 0).phase_rad(across, along))
     if scene.build.air_gap_mm or scene.build.conic:
         more_mm = sheet_gap_mm(scene, pitch) - effective_gap_mm(lens, pitch)
         view += 2 * math.pi * more_mm * float(across) / pitch

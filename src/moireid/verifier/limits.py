@@ -82,6 +82,9 @@ GAIN_REJECTED_SDS = 3.0
 #: From this share of the gain on, an error bar is too wide to accept.  Derived: fringes at 1.9 times the true gain
 #: would be accepted with a probability of 1 % (ln(1.15 / 1.9) is 2.33 times 0.215).
 MAX_GAIN_SD_SHARE = 0.215
+#: What air may hide of a gain, in so many of its error bars, is less than the tolerance, or the gain is not accepted.
+#: Derived: 95 % of a normal distribution.
+AIR_SDS = 2.0
 #: A badge that is known as built: its gain is accepted within the first, or within so many error bars of film
 #: and enrolment together where that is more, and never beyond `GAIN_TOLERANCE_SHARE`.  Derived: focus moves the focal
 #: length by up to 2 % unseen; 20 K and wet air change thickness and index of a sheet by 0.5 %, 5 um of air another 1 to
@@ -90,15 +93,10 @@ MAX_GAIN_SD_SHARE = 0.215
 BUILT_GAIN_ROOM_SHARE, BUILT_GAIN_SDS = 0.04, 4 / 3
 #: Gains that can be enrolled.  Set by hand: wider than all sheets of `moireid.sheets` but the extreme ones, and finite.
 ENROLLED_GAINS = (0.5, 1.6)
-#: Least gain of a badge that is not known as built; nothing less is a question about the build.  Set by hand: a little
-#: less than half of a half, as the thinnest sheets of a pitch that can focus give half of the gain, and a view from
-#: some way aside through air half of that.  There is no greatest gain: 0.3 mm of air gives 2.2, and more of it more.
+#: Least gain of a badge that is not known as built; nothing less is a question about the build.  Set by hand: far
+#: below the half that the thinnest sheets of a pitch that can focus give.  There is no greatest gain: 0.3 mm of air
+#: gives 2.2, and more of it more.
 LEAST_BUILT_GAIN = 0.2
-#: Beyond this tangent of the view, air beneath a sheet hides a part of each lens: of rays that meet it beyond the
-#: critical angle none sees the page.  Derived: traced for 62 lines an inch, 5 to 20 um of air give 1.02 to 1.09 of the
-#: law's slope in front, 0.9 to 1.0 at 33 degrees, 0.64 at 45, 0.3 at 62.  A film of which the second figure, as a share
-#: of its frames, is seen so is not rejected for what its fringes do.  Set by hand: a hand's sway is hardly ever there.
-STEEP_TANGENT, MAX_STEEP_SHARE = 0.6, 0.25
 #: Focal lengths that lenses have, over the picture's long side: from an ultra-wide phone to a press photographer's.
 #: Where a film does not show its own, any of them may have taken it.
 LENS_RATIOS = (0.3, 8.0)

@@ -26,8 +26,9 @@ from kit.seen_gratings import (
 )
 from moireid import optics
 from moireid.badge import Badge, load_badge
-from moireid.lenticule import view_law
+from moireid.lenticule import RAYS, view_law, view_response
 from moireid.sheets import effective_gap_mm
+from moireid.simulate.analytic.traced_sheet import land, sheet_as_built
 from moireid.simulate.build import Build
 from moireid.simulate.scene import Camera, Scene
 
@@ -121,6 +122,17 @@ def test_a_gap_moves_fringes_as_traced(prototype):
     more = 2 * math.pi * (traced[1] - traced[0]) * tan_x / pitch
     assert abs(left_over(seen, law_phase(prototype, seen, raised) + more)) < 0.01
     assert abs(left_over(seen, law_phase(prototype, seen, raised))) > 0.08
+
+
+@pytest.mark.parametrize("tan_x", [0.5, 0.9, -1.6])
+def test_air_hides_the_part_of_each_lens_that_the_law_of_a_laid_sheet_says(prototype, tan_x):
+    """Catches: rays beyond the critical angle that see the page."""
+    sheet, pitch = sheet_as_built(Scene(prototype, Build(air_gap_mm=0.02))), prototype.gratings[0].cells[0].pitch_mm
+    starts = ((np.arange(RAYS) + 0.5) / RAYS - 0.5) * sheet.pitch
+    landed, _, sees = np.array([land(start, 0.0, tan_x, 0.3, sheet.air, sheet) for start in starts]).T
+    light = np.where(sees, np.exp(2j * math.pi * landed / pitch), 0.0).mean()
+    law = view_response(prototype.lens, pitch, tan_x, 0.3, air_mm=0.02, fresnel=False)
+    assert light == pytest.approx(complex(law), abs=1e-6) and (sees == 0).any() == (abs(tan_x) > 0.8)
 
 
 def test_a_bow_turns_the_lenses_at_the_edges_outwards(prototype):

@@ -36,7 +36,7 @@ from kit.rendered_frames import (
 from moireid.badge import Badge, Lens
 from moireid.designer import Order, design_badge
 from moireid.errors import SpecError
-from moireid.lenticule import landing_mm
+from moireid.lenticule import trace_mm
 from moireid.simulate.analytic.analytic_renderer import BoardRadiance
 from moireid.simulate.mitsuba import variant as mitsuba_variant
 from moireid.simulate.mitsuba.mitsuba_renderer import MitsubaRenderer
@@ -69,7 +69,7 @@ def fresnel_turn_rad(lens: Lens, rear_pitch_mm: float, tan_x: float) -> float:
     assert lens.radius_mm is not None
     n, radius = lens.refractive_index, lens.radius_mm
     start = ((np.arange(4096) + 0.5) / 4096 - 0.5) * lens.pitch_mm
-    landed = landing_mm(lens, start, np.array(tan_x), np.array(0.0))
+    landed = trace_mm(lens, start, np.array(tan_x), np.array(0.0))[0]
     # The ray meets its own circle, or passes over it and meets the next lens's.
     cosine = np.full(start.shape, np.nan)
     for lenticule in range(3):

@@ -24,7 +24,7 @@ def seen(deviation: np.ndarray | float = 0.0, *, noise: float = 0.0, dirt: np.nd
     law = StripLaw(np.zeros(wave.shape), per_frequency, np.zeros(FRAMES), np.zeros(FRAMES))
     sd = np.full(FRAMES, 0.01)
     found = StripPhase(COURSE, sd, np.full(FRAMES, contrast), np.full(FRAMES, level), 1.0, 0.0)
-    return places_apart_rad(strip_shape(profiles, law, found), TIMES, COURSE)
+    return places_apart_rad(strip_shape(profiles, law, found), TIMES, COURSE, np.zeros(len(TIMES)))
 
 
 def patches(size_rad: float, count: int, hz: float = 0.3) -> np.ndarray:
@@ -59,6 +59,6 @@ def test_frames_that_cannot_be_read_do_not_count():
     law = StripLaw(np.zeros((9, 40)), np.zeros((9, 40)), np.zeros(9), np.zeros(9))
     none = np.zeros(9)
     blank = StripPhase(none, np.full(9, np.inf), none, none, 1.0, 0.0)
-    assert places_apart_rad(strip_shape(np.full((9, 40), 100.0), law, blank), np.arange(9) / 30, none) == 0.0
+    assert places_apart_rad(strip_shape(np.full((9, 40), 100.0), law, blank), np.arange(9) / 30, none, none) == 0.0
     flat = StripPhase(none, none, none, none, 1.0, 0.0)
-    assert places_apart_rad(strip_shape(np.full((9, 40), 100.0), law, flat), np.arange(9) / 30, none) == 0.0
+    assert places_apart_rad(strip_shape(np.full((9, 40), 100.0), law, flat), np.arange(9) / 30, none, none) == 0.0

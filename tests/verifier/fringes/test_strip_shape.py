@@ -73,8 +73,9 @@ def test_light_that_slopes_along_a_strip_moves_no_place():
     """Catches: a glare or a lamp to one side, which comes and goes, taken for places that move apart."""
     times = np.arange(FRAMES) / 30.0
     sloping = 0.4 * np.sin(2 * np.pi * times)[:, None] * ALONG
-    assert places_apart_rad(filmed(added=sloping)[1], times, np.zeros(FRAMES)) < 0.001
+    none = np.zeros(FRAMES)
+    assert places_apart_rad(filmed(added=sloping)[1], times, none, none) < 0.001
     apart = 0.05 * np.sin(np.arange(FRAMES) / 12.0)[:, None] * np.sin(7 * ALONG)
     for added in (0.0, sloping):
-        found = places_apart_rad(filmed(ahead=apart, added=added)[1], times, np.zeros(FRAMES))
+        found = places_apart_rad(filmed(ahead=apart, added=added)[1], times, none, none)
         assert found == pytest.approx(float(apart.std()), rel=0.25)

@@ -36,7 +36,7 @@ def combined(badge: Badge, hidden: slice, seed: int, *, noise: float = 0.01, gai
         phase[hidden], sd[hidden] = rng.uniform(-np.pi, np.pi, len(phase[hidden])), 5.0
         even = np.ones(FRAMES)
         strips.append(StripPhase(np.angle(np.exp(1j * phase)), sd, even, even, 0.1, 0.001, predicted_rad=COURSE))
-    return _combine(strips, 0.005, badge, badge.gratings[0], TIMES, np.zeros(FRAMES, np.int64))
+    return _combine(strips, 0.005, badge, badge.gratings[0], TIMES, np.zeros(FRAMES, np.int64), np.zeros(FRAMES))
 
 
 @pytest.mark.parametrize("hidden", [slice(100, 103), slice(100, 130), slice(0, 40), slice(200, 240)])

@@ -88,7 +88,7 @@ def troubled(**of_signal: Any) -> Sequence[Reason]:
     small = "doubt" in of_signal
     bad = compared(deviation_rad=1.5, doubted=not small, figures=mean(expected_error_rad=0.3 * small))
     open_ = Reason("residual", "undecided", 1.5, 1.0, "rad", "It leaves the law.")
-    doubts = doubts_of([(signal(**of_signal), bad)], page_off=False, steep_share=0.0)
+    doubts = doubts_of([(signal(**of_signal), bad)])
     return [open_, *(one for one in (doubts.camera, doubts.small) if one is not None)]
 
 
@@ -184,7 +184,6 @@ def evidence(badge: Badge, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> I
     yield [gain_reason(1.1, 0.4, DESIGNED, (0.2, 9.0))]
     yield judge([replace(signal(0.4 * LAW), lens_room=(0.2, 1.0))]).reasons
     yield [page_scale.mirrored_finding(0.97)]
-    yield judge([signal(-LAW, steep=np.ones(FRAMES, bool))]).reasons
     yield [findings.residual([compared(deviation_rad=1.5)], prove=True)]
     yield [parts(parts_of([mean()], RowsApart(1.0, 1.0, 0.0)))]
     yield troubled(lasting_px=99.0)

@@ -87,7 +87,7 @@ def series_of(measured: np.ndarray, law: np.ndarray) -> PhaseSeries:
     zeros = np.zeros_like(law)
     place = np.column_stack([np.sin(3 * times), np.cos(times)])
     raw = PhaseSeries(
-        times, measured, law, np.gradient(law, times), np.ones_like(law), zeros.astype(int), place, None, 0.01
+        times, measured, law, zeros, np.gradient(law, times), np.ones_like(law), zeros.astype(int), place, None, 0.01
     )
     return raw.weighted(raw.weight)
 

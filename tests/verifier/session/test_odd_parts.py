@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from kit.fringe_signals import FRAMES, apart_from, clock, fringe_signal, lasting_noise, trajectory
+from kit.fringe_signals import apart_from, clock, fringe_signal, lasting_noise, trajectory
 from moireid.verifier.decision.judge import judge
 from moireid.verifier.decision.sheet_gain import DESIGNED
 from moireid.verifier.fringes.grating_signal import GratingSignal
@@ -36,10 +36,10 @@ def two_gratings(*, seed: int, own_rad: float = 0.0, **how: Any) -> list[Grating
 
 @pytest.mark.parametrize(
     ("how", "page_off", "verdict"),
-    [({}, False, "reject"), ({"steep": np.ones(150, bool)}, False, "inconclusive"), ({}, True, "inconclusive")],
+    [({}, False, "reject"), ({}, True, "inconclusive")],
 )
 def test_an_excused_chapter_is_not_averaged_away(how, page_off, verdict):
-    """Catches: a forged half minute that is seen from aside, or as if its page were off, in a film that is accepted."""
+    """Catches: a forged half minute that is seen as if its page were off, in a film that is accepted."""
     true = [chapter(two_gratings(seed=seed)) for seed in range(20, 44)]
     assert invariant_of(true).verdict == "accept"
     forged = chapter(two_gratings(seed=7, own_rad=0.3, **how), page_off=page_off)
@@ -56,14 +56,13 @@ def test_an_excused_chapter_is_not_averaged_away(how, page_off, verdict):
         (1.0, 0.15, {}, False, False),
         (-1.0, 0.01, {}, False, True),
         (0.5, 0.01, {}, False, True),
-        (-1.0, 0.01, {"steep": np.ones(FRAMES, bool)}, False, True),
         (-1.0, 0.01, {}, True, True),
     ],
 )
 def test_a_badge_whose_code_is_hidden_may_be_the_judged_one_where_its_fringes_are_not_as_usual(
     gain, noise_rad, how, page_off, breaks
 ):
-    """Catches: half the gain, or a view from aside, while the code is painted over and the true badge is not seen, in a
+    """Catches: half the gain, or a page that is off, while the code is painted over and no true badge is seen, in a
     film that is accepted; a true badge or a noisy one held against the judged one."""
     law = 1.2 * trajectory()
     film = fringe_signal(law, gain * law + lasting_noise(size=noise_rad), **how)

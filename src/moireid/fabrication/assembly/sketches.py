@@ -41,7 +41,7 @@ def fringe_picture(badge: Badge, *, turned_deg: float = 0.0, beats: float = 1.0)
 
     Parameters: turned_deg: how far the sheet is turned on the page; beats: how many times as many fringes as designed
         the sheet shows, because its pitch is not the label's.
-    Source: `lenticule.landing_mm`, or `optics.slab_shift_mm` for a mask.
+    Source: `lenticule.trace_mm`, or `optics.slab_shift_mm` for a mask.
     """
     first = badge.gratings[0]
     x0, y0, x1, y1 = own_rect(first.axis, first.rect_mm)

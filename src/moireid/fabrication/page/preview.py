@@ -22,7 +22,7 @@ from moireid.fabrication.page.marks import INK, PAPER, look_of, marks, paint_mar
 from moireid.files import whole_file
 from moireid.frames import bounds_of, own_rect
 from moireid.layers import is_smooth
-from moireid.lenticule import landing_mm
+from moireid.lenticule import trace_mm
 from moireid.optics import slab_shift_mm
 from moireid.smooth_lines import LineField
 
@@ -163,7 +163,7 @@ def fringe_profile(
     Notes
     -----
     Convention: the camera is in front of the board's middle; the axis of one lens is on the middle.
-    Source: `lenticule.landing_mm`, or `optics.slab_shift_mm` for a mask.
+    Source: `lenticule.trace_mm`, or `optics.slab_shift_mm` for a mask.
     """
     axes, landed = _landed(lens, own[0], own[2], pixels, middle, aside_mm, away_mm)
     position = (axes + landed - cell.edge_mm) / cell.pitch_mm % 1.0
@@ -189,13 +189,13 @@ def _landed(
 def rays_landed_mm(lens: Lens, tangent: NDArray[np.float64], rays: int) -> NDArray[np.float64]:
     """Where the rays of lenses that are seen under these tangents (n, 1) land, from each lens's axis: (n, rays), mm.
 
-    Source: `lenticule.landing_mm`, or `optics.slab_shift_mm` for a mask.
+    Source: `lenticule.trace_mm`, or `optics.slab_shift_mm` for a mask.
     """
     across = ((np.arange(rays) + 0.5) / rays - 0.5)[None, :] * lens.pitch_mm
     if lens.kind == "mask":
         through = across * (lens.open_fraction or 0.0)
         return np.asarray(through + slab_shift_mm(lens.thickness_mm, lens.refractive_index, tangent))
-    return np.asarray(landing_mm(lens, across, tangent, np.zeros((1, 1))))
+    return np.asarray(trace_mm(lens, across, tangent, np.zeros((1, 1)))[0])
 
 
 FRAMES, FRAME_MS, SWING = 16, 100, 0.22

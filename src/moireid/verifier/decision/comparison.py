@@ -199,7 +199,7 @@ def compare(
     # Where the law does not explain the film, or not with a gain that is accepted, nothing needs to look like it.
     asked = {}
     if shares and usual and deviation <= limit:
-        room = sheet.room_for(figures.gain_sd)
+        room = model.seen(sheet.room_for(figures.gain_sd))
         asked = lookalike_shares(model, residual, room, allowed=allowed_share, constant_room_rad=constant_room_rad)
     rows = []
     first_s = float(signal.times_s[np.isfinite(signal.phase_sd_rad)][0])

@@ -7,7 +7,7 @@ A doubt widens what a true badge's film may show; it lets nothing pass, as forge
 | the camera was zoomed, reframed or stabilised, or frames were mixed | gains and residuals |
 | markers so small that errors of poses may be all the motion | any gain, residual and part |
 | a hand, a caption or glare covers rows | any residual; the code's rows may move apart |
-| the page or the sheet is off its size; the film shows the badge from aside | any gain, residual and part |
+| the page or the sheet is off its size | any gain, residual and part |
 """
 
 from __future__ import annotations
@@ -30,35 +30,20 @@ def camera_doubted(signal: GratingSignal) -> bool:
 
 @dataclass(frozen=True)
 class Doubts:
-    """The doubts about a film: one about its camera, or small markers, with their findings; whether rows are covered;
-    and whether its fringes prove nothing against it at all, as page or sheet is off or it is seen from aside.
-    """
+    """The findings about a film's camera, or small markers; and whether rows are covered."""
 
     camera: Reason | None = None
     small: Reason | None = None
-    aside: Reason | None = None
     covered: bool = False
-    page_off: bool = False
-
-    @property
-    def anything(self) -> bool:
-        """Whether a true badge's fringes may do anything in such a film."""
-        return self.small is not None or self.aside is not None or self.page_off
 
 
-def doubts_of(
-    moving: Sequence[tuple[GratingSignal, GratingComparison]], *, page_off: bool, steep_share: float
-) -> Doubts:
-    """The doubts about a film.
-
-    Parameters: moving: gratings that moved enough; page_off: as `Identity.page_off`; steep_share: of the frames that
-        show the badge from aside, 0 where those from the front fail by themselves.
-    """
+def doubts_of(moving: Sequence[tuple[GratingSignal, GratingComparison]]) -> Doubts:
+    """The doubts about a film.  Parameters: moving: gratings that moved enough."""
     signals = [signal for signal, _ in moving]
     camera = _camera(signals) if any(one.doubted for _, one in moving) else None
     covered = any(signal.covered_share >= limits.MIN_ROWS_COVERED for signal in signals)
     small = None if camera is not None else _small(moving)
-    return Doubts(camera, small, _aside(steep_share), covered, page_off)
+    return Doubts(camera, small, covered)
 
 
 def _small(moving: Sequence[tuple[GratingSignal, GratingComparison]]) -> Reason | None:
@@ -76,17 +61,6 @@ def _small(moving: Sequence[tuple[GratingSignal, GratingComparison]]) -> Reason 
             )
             return Reason("small", "undecided", one.figures.excitation_rad, needed, "rad", text)
     return None
-
-
-def _aside(steep_share: float) -> Reason | None:
-    """The finding that air beneath the sheet may hide parts of its lenses."""
-    if steep_share <= limits.MAX_STEEP_SHARE:
-        return None
-    text = (
-        f"In {100 * steep_share:.0f} % of the frames the badge is seen from so far aside that a little air beneath its "
-        "sheet hides a part of each lens, so its fringes prove nothing against it. Film it from the front."
-    )
-    return Reason("steep", "undecided", steep_share, limits.MAX_STEEP_SHARE, "share", text)
 
 
 def _camera(signals: Sequence[GratingSignal]) -> Reason:

@@ -38,7 +38,8 @@ class Figures:
     phase_residual_rad: standard deviation of the regression's residual; excitation_rad: standard deviation of the
     predicted phase; expected_error_rad: expected error of one frame; strip_wander_rad: deviation of the worst strip;
     strip_sd_rad: error bar of a typical strip; place_wander_rad: deviation of places within a strip; rounding_rad and
-    tangent_sd: as in `GratingSignal`; information: Fisher information on the gain.
+    tangent_sd: as in `GratingSignal`; information: Fisher information on the gain; air_share: as `air_share`; air_sd:
+    the part of gain_sd that is its error; both 0 where no view is from beyond the critical angle.
     """
 
     correlation: float = 0.0
@@ -54,6 +55,8 @@ class Figures:
     rounding_rad: float = 0.0
     tangent_sd: float = 0.0
     information: float = 0.0
+    air_share: float = 0.0
+    air_sd: float = 0.0
 
     def to_json(self) -> dict[str, object]:
         """As an entry of `invariant.gratings`."""
@@ -63,7 +66,8 @@ class Figures:
 def figures_of(signal: GratingSignal) -> Figures:
     """All figures of one grating.
 
-    Source: linear regression of measured on *predicted* phase, so that the gain is a ratio at any angle.
+    Source: linear regression of measured on *predicted* phase, so that the gain is a ratio at any angle; less what air
+        beneath the sheet adds to it, with the error of that (`air_share`).
     """
     used = np.isfinite(signal.phase_sd_rad)
     measured, predicted = signal.measured_rad[used], signal.predicted_rad[used]
@@ -75,11 +79,13 @@ def figures_of(signal: GratingSignal) -> Figures:
     power = float(predicted @ predicted)
     gain = float(predicted @ measured) / power if power > 0 else 0.0
     residual = measured - gain * predicted
+    share, share_sd, air_gain, apart = air_share(within_stretches(signal.air_rad[used], stretch), predicted, residual)
+    residual, gain = residual - share * apart, gain - share * air_gain
     return Figures(
         abs(pearson(measured, predicted)),
         window_correlation_mean(measured, predicted),
         gain,
-        math.hypot(_slope_sd(residual, power), signal.tangent_sd * abs(gain)),
+        math.hypot(_slope_sd(residual, power), signal.tangent_sd * abs(gain), share_sd * air_gain),
         float(residual.std()),
         float(predicted.std()),
         math.hypot(float(np.median(signal.phase_sd_rad[used])), signal.pose_sd_rad),
@@ -89,7 +95,34 @@ def figures_of(signal: GratingSignal) -> Figures:
         signal.rounding_rad,
         signal.tangent_sd,
         float(np.sum(predicted**2 / (signal.phase_sd_rad[used] ** 2 + signal.pose_sd_rad**2))),
+        share,
+        share_sd * abs(air_gain),
     )
+
+
+def air_share(air_rad: Array, predicted: Array, residual: Array) -> tuple[float, float, float, Array]:
+    """How much of the difference between a sheet that is laid on and one that is glued a film shows, 0 to 1, and its
+    standard deviation; by how much the whole difference changes a gain; and what that leaves of it, (T,).
+
+    Parameters: air_rad: as `GratingSignal.air_rad`; residual: what the gain alone leaves of the measured phase; all
+        (T,), with mean 0 in each stretch.
+    Source: mean and standard deviation of a normal distribution cut off at 0 and 1, as any share is as likely
+        beforehand.  Its own is that of the regression on what a gain cannot take up, and of a bent page, which looks
+        much like that: an honest badge leaves the law by `OWN_MOTION.motion_share`.
+    """
+    power = float(predicted @ predicted)
+    gain = float(air_rad @ predicted) / power if power > 0 else 0.0
+    apart = air_rad - gain * predicted
+    left = float(apart @ apart)
+    if not left > 0:
+        return 0.0, 0.0, 0.0, apart
+    seen = float(apart @ residual) / left
+    bent = limits.OWN_MOTION.motion_share * math.sqrt(power / left)
+    shares = np.linspace(0.0, 1.0, 201)
+    away = ((shares - seen) / math.hypot(_slope_sd(residual - seen * apart, left), bent)) ** 2
+    likely = np.exp(-0.5 * (away - away.min()))
+    share = float(np.average(shares, weights=likely))
+    return share, math.sqrt(np.average((shares - share) ** 2, weights=likely)), gain, apart
 
 
 def _places_apart(signal: GratingSignal) -> float:

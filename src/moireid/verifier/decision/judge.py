@@ -181,22 +181,17 @@ def judge(
     table, harmonic = film_table(laws), None
     reasons = findings.evidence(signals, mean, enough=bool(moving))  # Step 1.
     if moving:
-        doubts = doubts_of(moving, page_off=page_off, steep_share=_steep_share(moved, sheet))  # Step 2.
+        doubts = doubts_of(moving)  # Step 2.
         several = parts_of([law.figures for law in laws], code_apart, covered=doubts.covered)
 
-        def tested(*, prove: bool) -> list[Reason]:
-            gains = findings.gain(moving, sheet, prove=prove)  # Step 3.
-            residual = findings.residual(laws, prove=prove and not doubts.covered)  # Step 4.
-            return [*gains, residual, parts(several, prove=prove)]  # Step 5.
-
-        tests = tested(prove=not doubts.anything)
-        together = tests[-1]
+        prove = doubts.small is None and not page_off
+        gains = findings.gain(moving, sheet, prove=prove)  # Step 3.
+        residual = findings.residual(laws, prove=prove and not doubts.covered)  # Step 4.
+        together = parts(several, prove=prove)  # Step 5.
+        tests = [*gains, residual, together]
         reasons += tests
         if any(one.level != "pass" for one in tests):
             reasons += [one for one in (doubts.camera, doubts.small) if one is not None]
-        # A view from aside excuses what would be a proof, and is no cause of what the film leaves open anyway.
-        if doubts.aside is not None and any(one.level == "fail" for one in tested(prove=True)):
-            reasons.append(doubts.aside)
         if together.level != "pass":
             score = min(score, 0.0)
         # Where page or sheet is off, fringes and photographs of the design say nothing.
@@ -217,16 +212,6 @@ def judge(
         third_harmonic=None if harmonic is None else harmonic.from_front,
         compared=tuple(laws),
     )
-
-
-def _steep_share(moving: Sequence[GratingSignal], sheet: SheetGain) -> float:
-    """Share of the frames that are seen from aside; 0 where those from the front fail by what their fringes do."""
-    steep = np.any([signal.steep for signal in moving], axis=0)
-    front, share = np.flatnonzero(~steep), float(np.mean(steep))
-    if share <= limits.MAX_STEEP_SHARE or len(front) < limits.WINDOW_FRAMES:
-        return share
-    judged = judge([signal.part(front) for signal in moving], sheet, whole=False)
-    return 0.0 if any(one.level == "fail" and one.code in ("gain", "residual") for one in judged.reasons) else share
 
 
 def gain_of(signals: Sequence[GratingSignal]) -> tuple[float, float] | None:

@@ -84,7 +84,7 @@ class SheetGain:
                 f"; when the badge was enrolled it was {self.expected:.3f}. A sheet that {sheet} does that, and so "
                 "does another sheet. Press it flat and film again, or enroll the badge again with a new film of it."
             )
-        sheet = "A thicker sheet, or air under it," if gain > 1 else "A thinner sheet, or air under it seen from aside,"
+        sheet = "A thicker sheet, or air under it," if gain > 1 else "A thinner sheet"
         if self.measured:
             low, high = self.room
             room = f"a badge can be enrolled with {low:g} to {high:g}"
@@ -121,12 +121,15 @@ def _handled(badge: Badge) -> tuple[float, float]:
     return max(low, limits.ENROLLED_GAINS[0]), min(high, limits.ENROLLED_GAINS[1])
 
 
-def gain_reason(gain: float, gain_sd: float, sheet: SheetGain, possible: tuple[float, float]) -> Reason:
+def gain_reason(
+    gain: float, gain_sd: float, sheet: SheetGain, possible: tuple[float, float], air_sd: float = 0.0
+) -> Reason:
     """Pass within the room; fail by three error bars beyond what is possible at all; else inconclusive.
 
     The finding's limit is half the width of the room; of a failure, the gain that is the last possible one.
 
-    Parameters: gain, gain_sd: over what is expected; possible: as `SheetGain.possible`, or wider where there is doubt.
+    Parameters: gain, gain_sd: over what is expected; possible: as `SheetGain.possible`, or wider where there is doubt;
+        air_sd: the part of gain_sd that is owed to air, whose share a forger may choose.
     """
     sd = math.hypot(gain_sd, gain * sheet.sd)
     low, high = sheet.room_for(gain_sd)
@@ -135,7 +138,7 @@ def gain_reason(gain: float, gain_sd: float, sheet: SheetGain, possible: tuple[f
     shown, limit = sheet.expected * gain, (high - low) / 2
     words = f"The fringes move {shown:.3f} ± {sheet.expected * gain_sd:.3f} times as far as they should by design"
     # With so wide an error bar even a wrong gain could be estimated as right, so the estimate does not count.
-    vague = sd >= limits.MAX_GAIN_SD_SHARE * abs(gain)
+    vague = sd >= limits.MAX_GAIN_SD_SHARE * abs(gain) or limits.AIR_SDS * air_sd > limits.GAIN_TOLERANCE_SHARE
     level: Level = "undecided"
     if low <= gain <= high and not vague:
         level, text = "pass", f"{words}; a real badge gives {sheet.span(limit)}."
@@ -147,8 +150,8 @@ def gain_reason(gain: float, gain_sd: float, sheet: SheetGain, possible: tuple[f
         text += f"{sheet.expected * bound:.2g}, three error bars included."
     elif vague:
         limit += beyond
-        text = "How far the fringes move is too uncertain to decide. Give the camera's focal length, or film with more "
-        text += "motion."
+        text = "How far the fringes move is too uncertain to decide. Give the camera's focal length, or film from the "
+        text += "front and with more motion."
     else:
         text = words + sheet.cause(gain)
     return Reason("gain", level, shown, sheet.expected * limit, "ratio", text)

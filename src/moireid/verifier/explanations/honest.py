@@ -6,15 +6,17 @@ can do.  A nuisance that explains more than that is cut off at its bound, so it 
 
 | nuisance | shape | cause |
 |---|---|---|
+| `air` | the law of a sheet laid on, less that of a glued one | from aside, air hides a part of each lens |
 | `lag` | minus the law's rate | a codec shows faint blocks late; a stamp is off by a frame |
 | `bend` | the law's square | a bent page or a lens out of focus |
 | `across`, `distance` | the other parallax, one over the distance | the same, seen from elsewhere |
 | `zoom` | the law times the time | focus breathes |
 | `axis`, `axis_turn` | the time, and its square | a stabilised lens moves the optical axis |
 
-Convention: bounds are root mean squares over the film, rad.  A series has one entry per block of frames, (N,); phases
-    in rad with weighted mean 0 in each stretch, since the phase constant of a stretch is unknown.  The weight of a
-    block is 1 for a typical frame and less for a vague one.
+Convention: bounds are root mean squares over the film, rad; of `air` none and all of the shape, a part of which a gain
+    takes up, so that gains have more room (`HonestModel.seen`).  A series has one entry per block of frames, (N,);
+    phases in rad with weighted mean 0 in each stretch, since the phase constant of a stretch is unknown.  The weight
+    of a block is 1 for a typical frame and less for a vague one.
 Source: linear least squares on columns made orthogonal in this order (Gram-Schmidt), so that cutting one coefficient
     off leaves the others as they are.
 """
@@ -46,6 +48,8 @@ class PhaseSeries:
         Times of the blocks.
     measured_rad, law_rad : array (N,)
         Fringe phase as filmed, and as predicted by the law.
+    air_rad : array (N,)
+        As `GratingSignal.air_rad`.
     rate_rad_per_s : array (N,)
         Time derivative of the law's phase, without its mean in each stretch.
     weight : array (N,)
@@ -65,6 +69,7 @@ class PhaseSeries:
     times_s: Array
     measured_rad: Array
     law_rad: Array
+    air_rad: Array
     rate_rad_per_s: Array
     weight: Array
     stretch: NDArray[np.int64]
@@ -97,9 +102,9 @@ class PhaseSeries:
     def weighted(self, weight: Array) -> PhaseSeries:
         """The same with other weights (N,) of the blocks."""
         other = replace(self, weight=weight)
-        phases = other.centred(np.column_stack([self.measured_rad, self.law_rad, self.rate_rad_per_s]))
-        measured, law, rate = phases.T
-        return replace(other, measured_rad=measured, law_rad=law, rate_rad_per_s=rate)
+        phases = other.centred(np.column_stack([self.measured_rad, self.law_rad, self.air_rad, self.rate_rad_per_s]))
+        measured, law, air, rate = phases.T
+        return replace(other, measured_rad=measured, law_rad=law, air_rad=air, rate_rad_per_s=rate)
 
 
 def without_short_stretches(signal: GratingSignal) -> GratingSignal:
@@ -131,6 +136,7 @@ def phase_series(signal: GratingSignal) -> PhaseSeries | None:
     weight = np.minimum(1.0, (max(float(np.median(sd)), limits.LEAST_SCALE_RAD) / np.maximum(sd, 1e-9)) ** 2)
     predicted = signal.predicted_rad[used]
     columns = [signal.times_s[used] - signal.times_s[used[0]], signal.measured_rad[used], predicted]
+    columns += [signal.air_rad[used]]
     columns += [_rate(predicted, signal.times_s[used], stretch), weight]
     if signal.beyond is not None:
         columns += list(signal.beyond.place_px[used].T)
@@ -141,12 +147,13 @@ def phase_series(signal: GratingSignal) -> PhaseSeries | None:
     size = np.diff(np.append(starts, len(table)))
     means = np.add.reduceat(table, starts, axis=0) / size[:, None]
     apart = table[:, 1] - table[:, 2] - np.repeat(means[:, 1] - means[:, 2], size)
-    times, measured, law, rate, weights = means[:, :5].T
-    first, last = means[:, 5:7], means[:, -2:]
+    times, measured, law, air, rate, weights = means[:, :6].T
+    first, last = means[:, 6:8], means[:, -2:]
     raw = PhaseSeries(
         times,
         measured,
         law,
+        air,
         rate,
         weights,
         stretch[starts],
@@ -220,7 +227,7 @@ class HonestModel:
 
     def __init__(self, series: PhaseSeries, room: Room) -> None:
         """Parameters: series: its law's phase must change; room: gains that an honest badge may have."""
-        self.series, self.room = series, room
+        self.series, self._badges = series, room
         self._root = np.sqrt(series.weight / series.weight.sum())
         self._excitation = max(series.excitation_rad, 1e-12)
         time = series.times_s - series.times_s.mean()
@@ -228,7 +235,12 @@ class HonestModel:
         law, excitation = series.law_rad, series.excitation_rad
         swing = float(np.sqrt(np.average(series.rate_rad_per_s**2, weights=series.weight)))
         shape = limits.MAX_SHAPE_SHARE * excitation
+        power = float(series.weight @ law**2)
+        self._air_gain = float(series.weight @ (series.air_rad * law)) / max(power, 1e-18)
+        air = float(np.linalg.norm(self._root * (series.air_rad - self._air_gain * law)))
+        self.room = self.seen(room)
         wanted = [
+            ("air", series.air_rad, air),
             ("lag", -series.rate_rad_per_s, limits.MAX_LAG_S * swing),
             ("bend", law**2, shape),
             *([] if series.views is None else [("across", series.views[:, 0], shape)]),
@@ -253,8 +265,14 @@ class HonestModel:
                 bounds.append(bound)
         self._columns, self._upper = np.array(columns).T, np.array(bounds)
         self._lower = -self._upper
+        if "air" in self.names:
+            self._lower[self.names.index("air")] = 0.0
         if "lag" in self.names:
             self._lower[self.names.index("lag")] *= limits.MAX_LEAD_S / limits.MAX_LAG_S
+
+    def seen(self, room: Room) -> Room:
+        """Gains as the phases show them (`gain`) of badges whose gains are in the room, with air or without."""
+        return room[0] + min(self._air_gain, 0.0), room[1] + max(self._air_gain, 0.0)
 
     def robust_residual_rad(self) -> Array:
         """What the law leaves of the film, (N,), where blocks that deviate far hardly weigh.
@@ -267,7 +285,7 @@ class HonestModel:
         first = self.fit(self.series.measured_rad[:, None]).residual_rad[:, 0]
         usual = 1.4826 * float(np.median(np.abs(first - np.median(first))))
         weight = self.series.weight / (1 + (first / max(CAUCHY_SDS * usual, 1e-9)) ** 2)
-        again = HonestModel(self.series.weighted(weight), self.room)
+        again = HonestModel(self.series.weighted(weight), self._badges)
         return again.fit(again.series.measured_rad[:, None]).residual_rad[:, 0]
 
     def gain(self, phases_rad: Array) -> Array:

@@ -15,7 +15,7 @@ from moireid.badge import Badge, Grating
 from moireid.verifier import measuring
 from moireid.verifier.fringes.beyond_phase import depth_law
 from moireid.verifier.fringes.place_map import PlaceMap, knots_mm, seen_map, still_shift
-from moireid.verifier.fringes.strip_law import strip_law
+from moireid.verifier.fringes.strip_law import air_law, strip_law
 from moireid.verifier.fringes.strip_phase import StripPhase, measure_strip
 from moireid.verifier.fringes.strip_shape import places_apart_rad, strip_shape
 from moireid.verifier.tracking.track import Track
@@ -57,9 +57,11 @@ def _measured_strip(track: Track, badge: Badge, index: int, camera_mm: Array, ma
     found = measure_strip(profiles, law, strip.length_mm, band)
     shape = strip_shape(profiles, law, found)
     predicted = law.middle_phase_rad(found.frequency_per_mm)
-    apart = places_apart_rad(shape, track.times_s, predicted)
-    parallax = strip.frame.places(camera_mm[:, :2])[:, 0] / np.abs(camera_mm[:, 2])
-    depth = depth_law(shape, law, found, parallax, strip.length_mm)
+    camera = (strip.frame.places(camera_mm[:, :2]) / np.abs(camera_mm[:, 2:])).T
+    middle = np.array([[strip.middle_mm], [strip.across_mm]]) / np.abs(camera_mm[:, 2])
+    air = air_law(badge.lens, badge.gratings[strip.grating].pitch_mm, *(middle - camera))
+    apart = places_apart_rad(shape, track.times_s, predicted, air)
+    depth = depth_law(shape, law, found, camera[0], strip.length_mm)
     still = still_shift(strip, shape, knots_mm(badge.gratings[strip.grating]))
     return replace(found, predicted_rad=predicted, place_residual_rad=apart, depth=depth, still=still)
 

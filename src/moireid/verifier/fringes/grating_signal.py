@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 #: Fields of a signal, and of what it shows beyond the phase, that chapters join in time as they are.
-IN_TIME = ("measured_rad", "predicted_rad", "phase_rad", "phase_sd_rad", "times_s")
+IN_TIME = ("measured_rad", "predicted_rad", "air_rad", "phase_rad", "phase_sd_rad", "times_s")
 BEYOND_IN_TIME = ("law_rad", "overtone", "place_px", "expected")
 #: Fields of a signal of which the whole has the greatest, and the mean, of its chapters'.
 GREATEST = ("tangent_sd", "focal_at_limit", "lasting_px", "doubt", "zoom", "mixed_share")
@@ -85,8 +85,8 @@ class GratingSignal:
     focal_at_limit, lasting_px, zoom: as in `CameraFit`; doubt: by how much small markers may err more than
     the error bars say, 1 for others; mixed_share: as in `mixed_frames`; beyond: what the film shows apart from the
     phase, None if it is not known; phase_rad: the measured phase with one phase constant for all stretches, as
-    `measured_rad` if none is given; lens_room: as in `CameraFit`; steep: whether a frame shows it from so far aside
-    that air beneath the sheet hides a part of each lens, none if not given.
+    `measured_rad` if none is given; lens_room: as in `CameraFit`; air_rad: what is added to predicted_rad if the sheet
+    is not glued but laid on (`strip_law.air_law`), 0 if none is given.
     """
 
     measured_rad: Array
@@ -111,7 +111,7 @@ class GratingSignal:
     beyond: BeyondPhase | None = None
     phase_rad: Array = field(default_factory=lambda: np.zeros(0))
     lens_room: tuple[float, float] = (1.0, 1.0)
-    steep: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, bool))
+    air_rad: Array = field(default_factory=lambda: np.zeros(0))
     stretch: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
 
     def __post_init__(self) -> None:
@@ -120,8 +120,8 @@ class GratingSignal:
             object.__setattr__(self, "phase_rad", self.measured_rad)
         if not len(self.stretch):
             object.__setattr__(self, "stretch", np.zeros(len(self.times_s), np.int64))
-        if not len(self.steep):
-            object.__setattr__(self, "steep", np.zeros(len(self.times_s), bool))
+        if not len(self.air_rad):
+            object.__setattr__(self, "air_rad", np.zeros(len(self.times_s)))
 
     def under(self, gain: float) -> GratingSignal:
         """The signal for a sheet that moves fringes `gain` times as far as this prediction.
@@ -133,6 +133,7 @@ class GratingSignal:
         return replace(
             self,
             predicted_rad=gain * self.predicted_rad,
+            air_rad=gain * self.air_rad,
             pose_sd_rad=gain * self.pose_sd_rad,
             beyond=None if self.beyond is None else self.beyond.under(gain),
         )
@@ -141,7 +142,7 @@ class GratingSignal:
         """The signal in some frames."""
         beyond = None if self.beyond is None else self.beyond.part(frames)
         places = None if self.covariates is None else self.covariates[frames]
-        cut: dict[str, Any] = {name: getattr(self, name)[frames] for name in (*IN_TIME, "stretch", "steep")}
+        cut: dict[str, Any] = {name: getattr(self, name)[frames] for name in (*IN_TIME, "stretch")}
         return replace(self, covariates=places, beyond=beyond, **cut)
 
 
@@ -172,7 +173,6 @@ def joined(signals: Sequence[GratingSignal]) -> GratingSignal:
         strip_sd_rad=np.mean(each("strip_sd_rad"), axis=0),
         covariates=np.concatenate([p - p.mean(axis=0) for p in places]) if len(places) == len(signals) else None,
         beyond=joined_beyond(each("beyond")),
-        steep=np.concatenate(each("steep")),
         lens_room=(min(low for low, _ in each("lens_room")), max(high for _, high in each("lens_room"))),
     )
 

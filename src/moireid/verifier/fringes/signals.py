@@ -29,7 +29,7 @@ from moireid.verifier.fringes.grating_signal import BeyondPhase, DepthLaw, Grati
 from moireid.verifier.fringes.mixed_frames import carried_rad, mixed_share
 from moireid.verifier.fringes.place_map import PlaceMap, start_maps
 from moireid.verifier.fringes.sinusoid import joined_frames, numbered, unwrap
-from moireid.verifier.fringes.strip_law import within_law
+from moireid.verifier.fringes.strip_law import air_law, within_law
 from moireid.verifier.fringes.strip_phase import StripPhase, rounding_rad
 from moireid.verifier.fringes.uneven_air import less_uneven_air
 from moireid.verifier.tracking.patches import marker_corners_mm
@@ -179,7 +179,8 @@ def _grating_signal(
     # The larger of two estimates: from the reprojection errors, and from what smoothing removed.
     slow = measuring.SLOW_ERROR_RATIO * poses.camera.slow_to_fast * removed
     tangent_error = max(poses.enlarged * _after_smoothing(jitter, whole, rounding), slow)
-    signal = _combine(own, tangent_error, badge, grating, track.times_s, poses.stretch)
+    air = air_law(badge.lens, grating.pitch_mm, *tangents.T)
+    signal = _combine(own, tangent_error, badge, grating, track.times_s, poses.stretch, air)
     known = within_law(track.strips, poses.camera_mm) & poses.good
     sd = np.where(known, signal.phase_sd_rad, np.inf)
     if track.vague is not None:
@@ -207,7 +208,6 @@ def _grating_signal(
         mixed_share=_mixed(own, known, track, frame, middle) if own else 0.0,
         beyond=_beyond(own, known, track, frame, grating, tangents, poses.page_mm.mean(axis=0)) if own else None,
         lens_room=poses.camera.lens_room,
-        steep=np.linalg.norm(tangents, axis=1) > limits.STEEP_TANGENT,
     )
 
 
@@ -307,6 +307,7 @@ def _combine(
     grating: Grating,
     times_s: Array,
     stretch: NDArray[np.int64],
+    air_rad: Array,
 ) -> GratingSignal:
     """One signal from several strips.
 
@@ -336,7 +337,7 @@ def _combine(
     total = weight.sum(axis=0)
     with np.errstate(divide="ignore"):
         phase_sd = np.where(total > 0, 1 / np.sqrt(total), np.inf)
-    turned = less_uneven_air(turned, weight, common)
+    turned = less_uneven_air(turned, weight, common, air_rad)
     wander = np.sqrt((weight * turned**2).sum(axis=1) / np.maximum(weight.sum(axis=1), 1e-12))
     slope = 2 * np.pi * badge.lens.thickness_mm / badge.lens.refractive_index / grating.pitch_mm
     strip_sd = np.array(
@@ -356,4 +357,5 @@ def _combine(
         strip_sd_rad=strip_sd,
         stretch=numbers,
         phase_rad=signal,
+        air_rad=within_stretches(air_rad, numbers),
     )

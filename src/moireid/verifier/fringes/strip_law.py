@@ -21,9 +21,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.badge import Badge
+from moireid.badge import Badge, Lens
 from moireid.frames import own_rect
-from moireid.lenticule import MAX_TANGENT, view_law
+from moireid.lenticule import MAX_TANGENT, critical_tangent, view_law
 from moireid.verifier.fringes.place_map import knots_mm
 from moireid.verifier.fringes.strip_phase import StripLaw
 from moireid.verifier.tracking.brightness_profiles import Strip
@@ -53,6 +53,22 @@ def within_law(strips: Sequence[Strip], camera_mm: Array) -> NDArray[np.bool_]:
             known &= np.abs(end - along) <= reach
         known &= np.abs(strip.across_mm - across) <= reach
     return known
+
+
+def air_law(lens: Lens, pitch_mm: float, tan_x: Array, tan_y: Array) -> Array:
+    """What is added to the phase law where the sheet is not glued to the page, but laid on it.
+
+    Parameters: lens, pitch_mm: of the badge and the grating; tan_x, tan_y: of the views, across and along the lenses,
+        that broadcast together; one that is not known counts as from the front.
+    Returns: rad; 0, without a second trace, where no view reaches the critical angle inside the lens.
+    Source: `lenticule.view_law`, both ways.
+    """
+    tangents = np.nan_to_num(tan_x), np.nan_to_num(tan_y)
+    slant = np.hypot(*tangents)
+    if slant.max(initial=0.0) <= critical_tangent(lens):
+        return np.zeros(slant.shape)
+    laid, glued = (view_law(lens, pitch_mm, laid=laid).phase_rad(*tangents) for laid in (True, False))
+    return np.asarray(laid - glued)
 
 
 def strip_law(badge: Badge, strip: Strip, camera_mm: Array, map_rad: Array | None = None) -> StripLaw:

@@ -85,7 +85,7 @@ def strip_shape(profiles: Array, law: StripLaw, found: StripPhase) -> StripShape
 BLOCKS = 12
 
 
-def places_apart_rad(shape: StripShape | None, times_s: Array, predicted_rad: Array) -> float:
+def places_apart_rad(shape: StripShape | None, times_s: Array, predicted_rad: Array, air_rad: Array) -> float:
     """Deviation of the blocks from their strip, apart from gains of their own (`uneven_air`).
 
     Parameters
@@ -96,6 +96,8 @@ def places_apart_rad(shape: StripShape | None, times_s: Array, predicted_rad: Ar
         Of all frames, s.
     predicted_rad : array (T,)
         Predicted phase of all frames.
+    air_rad : array (T,)
+        What is added to it where the sheet is laid on (`strip_law.air_law`).
 
     Returns
     -------
@@ -117,6 +119,6 @@ def places_apart_rad(shape: StripShape | None, times_s: Array, predicted_rad: Ar
     for axis in (1, 0):
         total = weight.sum(axis=axis, keepdims=True)
         shift = shift - (weight * shift).sum(axis=axis, keepdims=True) / np.where(total > 0, total, 1.0)
-    motion = moving_mean(predicted_rad[shape.clear, None], frames)[:, 0]
-    shift = less_uneven_air(shift.T, weight.T, motion).T
+    motion, air = moving_mean(np.column_stack([predicted_rad, air_rad])[shape.clear], frames).T
+    shift = less_uneven_air(shift.T, weight.T, motion, air).T
     return float(np.sqrt((weight * shift**2).sum() / weight.sum()))

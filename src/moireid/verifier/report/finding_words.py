@@ -23,7 +23,7 @@ WEIGHTIEST = (
 )
 #: A cause that makes other findings inconclusive comes before them.
 CAUSES = (
-    *("tracks", "damaged", "badge_absent", "fringes", "page_scale", "lens", "steep"),
+    *("tracks", "damaged", "badge_absent", "fringes", "page_scale", "lens"),
     *("camera", "mixed_frames", "small", "covered"),
     *("motion_gaps", "motion"),
 )
@@ -125,7 +125,6 @@ OPEN = {
         "the film does not show which lens took it",
         "State the camera's lens, or ask for another film with the badge tilted by 15 to 25 degrees.",
     ),
-    "steep": Words("the badge is seen from too far aside", "Ask for another film that shows the badge from the front."),
     "page_scale": Words(
         "the badge's page or its lens sheet is off its size",
         "Measure the bars on the page and the pitch of the sheet, and print the page at 100 %.",

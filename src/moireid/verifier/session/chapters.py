@@ -77,17 +77,12 @@ class Chapter:
     claimed: Chapter | None = None
 
     @property
-    def excused(self) -> bool:
-        """Whether page, sheet or view keep what its fringes do from being a failure."""
-        return self.identity.page_off or any(reason.code == "steep" for reason in self.invariant.reasons)
-
-    @property
     def breaks_law(self) -> bool:
-        """Whether its fringes are not those of the badge as usual: rejected, excused, or of a gain that is not."""
+        """Whether its fringes are not those of the badge as usual: rejected, its page off, or of a gain that is not."""
         if self.invariant.verdict == "accept":
             return False
         unusual = any(one.moved and not one.usual for one in self.invariant.compared)
-        return self.invariant.verdict == "reject" or self.excused or unusual
+        return self.invariant.verdict == "reject" or self.identity.page_off or unusual
 
     def light(self) -> Chapter:
         """The chapter without track and measurement, which only the plots of the report need."""
@@ -231,12 +226,12 @@ def invariant_of(chapters: Sequence[Chapter]) -> Invariant:
 
 
 def _is_broken(chapter: Chapter, whole: Invariant, limit_log10: float) -> bool:
-    """Whether a chapter is rejected or would be but for page, sheet or view, has a gain that is surely another one than
+    """Whether a chapter is rejected or would be but for page or sheet, has a gain that is surely another one than
     the film's and is not accepted by itself, or a rival explains it better than the law by more than that power of ten.
     """
     own = chapter.invariant
     odds = [one.log10_odds for one in own.explanations if one.log10_odds is not None]
-    if own.verdict == "reject" or (chapter.excused and own.verdict != "accept"):
+    if own.verdict == "reject" or (chapter.identity.page_off and own.verdict != "accept"):
         return True
     return own.gain_apart_from(whole) is not None or min(odds, default=0.0) < -limit_log10
 

@@ -125,7 +125,8 @@ def _held(signal: GratingSignal, own: NDArray[np.bool_], sheet: SheetGain) -> ND
     gain = 1.0
     if figures.excitation_rad >= MIN_EXCITATION_RAD:
         gain = float(np.clip(figures.gain_ratio, *sheet.possible(signal.lens_room)))
-    deviation = np.abs(signal.measured_rad - gain * signal.predicted_rad)[own]
+    law_rad = gain * signal.predicted_rad + figures.air_share * signal.air_rad
+    deviation = np.abs(signal.measured_rad - law_rad)[own]
     sd = signal.phase_sd_rad[own]
     error = np.hypot(np.where(np.isfinite(sd), sd, 0.0), signal.pose_sd_rad)
     limit = [3 * residual_limit_rad(figures.excitation_rad, float(one)) for one in error]
