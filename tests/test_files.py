@@ -52,6 +52,14 @@ def test_an_old_file_stays_until_the_new_one_is_whole(tmp_path: Path) -> None:
     assert tree(tmp_path) == {"a.json": b"new"}
 
 
+def test_the_bytes_reach_the_disk_before_the_name_does(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Catches: a name that a power cut leaves without its bytes."""
+    path, synced = tmp_path / "a.txt", list[tuple[int, bool]]()
+    monkeypatch.setattr(os, "fsync", lambda handle: synced.append((os.fstat(handle).st_size, path.exists())))
+    write_text(path, "whole")
+    assert synced == [(5, False)]
+
+
 @pytest.mark.parametrize("error", [RuntimeError, KeyboardInterrupt, SystemExit])
 def test_what_breaks_off_leaves_nothing_behind(tmp_path: Path, error: type[BaseException]) -> None:
     """Catches: `except Exception`, which an interrupt passes by, and temporary files that nobody removes."""
