@@ -36,13 +36,11 @@ SUITES: dict[str, dict[str, str]] = {
     },
     "cost": {
         "simulate": "moireid_lab.bench.simulate.simulate_suite",
-        "verify": "moireid_lab.bench.verify.verify_suite",
-        "speed": "verify_speed",
+        "verify": "verify_speed",
     },
     "identity": {"identity": "moireid_lab.bench.identity.identity_suite"},
     "pages": {
         "fabricate": "moireid_lab.bench.fabricate.fabricate_suite",
-        "mounts": "mounts",
         "ink-growth": "ink_growth",
     },
     "registry": {"registry": "registry_scale"},
