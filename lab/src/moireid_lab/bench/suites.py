@@ -41,6 +41,7 @@ SUITES: dict[str, dict[str, str]] = {
     "identity": {"identity": "moireid_lab.bench.identity.identity_suite"},
     "pages": {
         "fabricate": "moireid_lab.bench.fabricate.fabricate_suite",
+        "mounts": "mounts",
         "ink-growth": "ink_growth",
     },
     "registry": {"registry": "registry_scale"},
