@@ -6,9 +6,8 @@ import math
 from dataclasses import replace
 
 import pytest
-from sqlalchemy import event
 
-from kit.registries import badge_of, state_of
+from kit.registries import badge_of
 from moireid.badge import Badge
 from moireid.errors import RegistryError, SpecError
 from moireid.registry import Batch, Registry, batch, open_registry
@@ -114,21 +113,3 @@ def test_batch_stops_at_the_first_that_cannot_be_issued(registry, small_chunks, 
     assert registry.count() == before + whole and registry.audit().sound
     names = [badge.name for badge in badges[:whole]]
     assert [record.name for record in registry.records()][: len(names)] == names
-
-
-def test_failed_chunk_leaves_the_chunks_before_it(url, registry, small_chunks):
-    """Catches: records without their entries where the transaction is cut."""
-    made = []
-
-    def fail_at_third(connection, cursor, statement, *rest):
-        if statement.startswith("INSERT INTO log"):
-            made.append(statement)
-            if len(made) == 3:
-                raise RegistryError("the power is gone")
-
-    event.listen(registry._ledger.engine, "before_cursor_execute", fail_at_third)
-    with pytest.raises(RegistryError, match="power is gone"):
-        registry.enroll_many(people(12))
-    event.remove(registry._ledger.engine, "before_cursor_execute", fail_at_third)
-    assert registry.count() == 8 and len(state_of(url)["log"]) == 9 and registry.audit().sound
-    assert registry.enroll_many(people(12)) == Batch(4, 8, 0)

@@ -267,15 +267,3 @@ def test_least_figures_make_sound_solids(figure: str, tmp_path: Path) -> None:
     badge = design_badge(Order("Fine", lens="50lpi", size_mm=(60.0, 66.0), range_m=(0.5, 0.7)), bytes(8))
     report = write_mount(badge, tmp_path, process=mount_figures(dict([mount_figure(figure)])).printed)
     assert trimesh.load_mesh(report.stl).is_watertight
-
-
-@pytest.mark.slow
-def test_slot_narrows_with_the_board(tmp_path: Path) -> None:
-    """Catches: a lanyard's tab wider than the board, or a board of 30 mm refused for a strap of 16 mm."""
-    badge = design_badge(Order("Tiny", lens="50lpi", size_mm=(30.0, 40.0), range_m=(0.3, 0.5)), bytes(8))
-    mesh = trimesh.load_mesh(write_mount(badge, tmp_path).stl)
-    tray = manifold3d.Manifold(manifold3d.Mesh(mesh.vertices.astype(np.float32), mesh.faces.astype(np.uint32)))
-    # 30 mm less ten walls next to the slot, and two rims and clearances more.
-    slot = box((-9.0, 25.9, 9.0, 26.1), -1.0, -0.9)
-    assert 18.0 - (tray ^ slot).volume() / (0.2 * 0.1) == pytest.approx(30 - 20 + 4.6, abs=0.02)
-    assert mesh.bounds[1][0] == pytest.approx(15 + 2.3, abs=0.01)
