@@ -491,6 +491,7 @@ def test_output_that_nobody_takes_is_no_traceback(tmp_path: Path, people: None) 
 
 
 HEAVY = {"OCP", "build123d", "cadquery", "manifold3d", "matplotlib", "mitsuba", "numba", "scipy", "trimesh"}
+HEAVY |= {"dask", "distributed", "fsspec", "pyarrow"}
 
 
 @pytest.mark.claim("Heavy packages are loaded by the work that needs them")

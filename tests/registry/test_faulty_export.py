@@ -59,22 +59,6 @@ def test_edited_file_changes_nothing(three_exported, url, tmp_path, edit):
     assert state_of(url) == before
 
 
-@pytest.mark.parametrize(
-    "text",
-    ["", "x", "[]", "7", "{}", '{"format":NaN}', "{" * 9999, '{"a":' + "[" * 99999, '{"a":1}x', "{1:2}", '{"a" 1}'],
-)
-def test_file_that_is_no_export(tmp_path, url, text):
-    """Catches: json's and Python's own exceptions."""
-    (tmp_path / "x.json").write_text(text)
-    with pytest.raises(RegistryError, match="cut, damaged or none"):
-        import_registry(tmp_path / "x.json", url)
-    (tmp_path / "x.json").write_bytes(b'{"format": "\xff"}\n')
-    with pytest.raises(RegistryError, match="cut, damaged or none"):
-        import_registry(tmp_path / "x.json", url)
-    with pytest.raises(RegistryError, match="cannot be read"):
-        import_registry(tmp_path / "absent.json", url)
-
-
 def test_database_that_fails_halfway_keeps_the_old_state(full, exported, target, monkeypatch):
     """Catches: an import in several transactions."""
     with open_registry(target, create=True) as copy:

@@ -173,14 +173,11 @@ FORGED = pack(canonical_json(json.loads(badge_of("Ada", bytes(3)).to_json())))
         "badge = :forged",
         "badge = :nothing",
         "as_built = :forged",
-        "as_built_at = '2001-01-01T00:00:00Z'",
         "revoked_at = '2001-01-01T00:00:00Z'",
-        "revoked_reason = 'x'",
         "compromised_since = '2001-01-01'",
         "suspended_at = '2001-01-01T00:00:00Z'",
         "expires = '2099-01-01'",
         "signature = ''",
-        "signature = 'é'",
     ],
 )
 def test_changed_record_is_reported(url, registry, change):
