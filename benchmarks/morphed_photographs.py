@@ -95,7 +95,7 @@ def interpolated(source: Path, stills: int, target: Path) -> None:
     """A film's stills, evenly in time, and between them what FFmpeg's `minterpolate` makes of them."""
     with av.open(str(source)) as given, av.open(str(target), "w") as made:
         own = given.streams.video[0]
-        stream = made.add_stream("libx264", rate=FPS, options={"crf": str(CRF)})
+        stream = made.add_stream("libx264", rate=FPS, options={"crf": str(CRF), "threads": "2"})
         stream.width, stream.height, stream.pix_fmt = own.width, own.height, "yuv420p"
         graph = av.filter.Graph()
         step = Fraction(FRAMES - 1, (stills - 1) * FPS)

@@ -123,7 +123,9 @@ def shown(pictures: list[NDArray[np.uint8]], show: Show, seed: int, path: Path) 
     """The film of a show."""
     with av.open(str(path), "w") as made:
         height, width = pictures[0].shape
-        stream = made.add_stream("libx264", rate=30, options={"crf": "18", "preset": "veryfast", "bf": "0"})
+        stream = made.add_stream(
+            "libx264", rate=30, options={"crf": "18", "preset": "veryfast", "bf": "0", "threads": "2"}
+        )
         stream.width, stream.height, stream.pix_fmt = width, height, "yuv420p"
         stream.codec_context.time_base = Fraction(1, CLOCK)
         for picture, time_s in zip(show.pictures(pictures, seed), show.times_s.tolist(), strict=True):

@@ -1,4 +1,4 @@
-"""Processor time of a verify over that of decoding: run `moireid lab bench speed --keep DIR`.
+"""Processor time of a verify over that of decoding: run `moireid lab bench verify --keep DIR`.
 
 The films are those of `speed_films.py`; `--keep` keeps them, as writing them takes half an hour of processor time;
 with `--quick` they have 20 s instead of a minute.  The outside films of the tests are too short, and are shown five

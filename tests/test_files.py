@@ -42,14 +42,12 @@ def test_no_output_replaces_what_is_read(tmp_path: Path) -> None:
     planned([tmp_path / "new"], overwrite=False, kept=[read, tmp_path / "new"])
 
 
-def test_an_old_file_stays_until_the_new_one_is_whole(tmp_path: Path) -> None:
-    """Catches: the old file removed or cut short before its successor is there."""
-    path = tmp_path / "a.json"
-    path.write_text("old")
-    with whole_file(path) as temporary:
-        temporary.write_text("new")
-        assert path.read_text() == "old"
-    assert tree(tmp_path) == {"a.json": b"new"}
+def test_the_bytes_reach_the_disk_before_the_name_does(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Catches: a name that a power cut leaves without its bytes."""
+    path, synced = tmp_path / "a.txt", list[tuple[int, bool]]()
+    monkeypatch.setattr(os, "fsync", lambda handle: synced.append((os.fstat(handle).st_size, path.exists())))
+    write_text(path, "whole")
+    assert synced == [(5, False)]
 
 
 @pytest.mark.parametrize("error", [RuntimeError, KeyboardInterrupt, SystemExit])

@@ -13,14 +13,13 @@ import numpy as np
 import pytest
 
 from moireid.badge import Badge, load_badge
-from moireid.designer import Order, design_badge, random_payload
+from moireid.designer import Order, design_badge
 from moireid.designer.design import filled
 from moireid.errors import DesignError, FabricationError, RegistryError
 from moireid.fabrication.mount_parts import MountSolids
 from moireid.fabrication.package import print_badge
 from moireid.fabrication.printed.mount import MountPlan, MountReport
 from moireid.issuing import choose_parts, draw, plan_badge
-from moireid.registry import open_registry
 
 PLAIN = Order("Ada Lovelace", lines=["Reporter"], mount="none")
 
@@ -72,20 +71,6 @@ def test_a_badge_is_designed_once_and_its_mount_planned_once(
     assert calls == {"design_badge": 1, "plan_mount": 1}
     assert load_badge(printed.files["badge.json"]) == plan.badge
     assert list(printed.files) == plan.files and printed.mount_mass_g
-
-
-def test_an_identity_of_another_badge_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Catches: a plan for an identity that somebody else has, which fails after all files are made."""
-    monkeypatch.setenv("MOIREID_KEYS", str(tmp_path / "keys"))
-    payload = random_payload(8)
-    with open_registry(f"sqlite:///{tmp_path}/people.sqlite3", create=True) as registry:
-        first = plan_badge(replace(PLAIN, payload=payload), registry.by_id)
-        assert first.holder is None
-        registry.enroll(first.badge)
-        again = plan_badge(replace(PLAIN, payload=payload), registry.by_id)
-        assert again.holder is not None and again.holder.name == "Ada Lovelace"
-        with pytest.raises(RegistryError, match="is held by 'Ada Lovelace' already"):
-            plan_badge(replace(PLAIN, name="Grace Hopper", payload=payload), registry.by_id)
 
 
 CARD = Order("Ada Lovelace", format="cr80", orientation="portrait")

@@ -4,11 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import pytest
-
 from moireid.artwork.columns import files_below
 from moireid.designer import Order
-from moireid.errors import SpecError
 from moireid.names import line_of
 from moireid.people import PersonRow, plan_people
 
@@ -25,20 +22,6 @@ def test_namesakes_are_distinguished_by_their_lines() -> None:
     rows, notes = planned("name,role\nAna Silva,Reporter\nAna Silva,Editor\nAna Silva,Editor\n")
     assert [line_of(one.badge.print) for one in rows if one.badge] == ["Reporter", "Editor", "Editor"]
     assert len(notes) == 1 and notes[0].startswith("rows 3 and 4 bear the name 'Ana Silva' and the line 'Editor'")
-
-
-def test_a_note_or_fault_of_a_name_is_at_its_row(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Catches: a warning for the whole list alone; a refusal that names no row."""
-
-    def said(name: str) -> str | None:
-        if name == "Eve":
-            raise SpecError("no font")
-        return "a letter is left out" if name == "Bo" else None
-
-    monkeypatch.setattr("moireid.people.name_note", said)
-    rows, _ = planned("name\nAda\nBo\nEve\n")
-    assert [one.notes for one in rows] == [(), ("a letter is left out",), ()]
-    assert rows[2].fault == "row 4 of the list ('Eve'): no font" and rows[2].badge is None
 
 
 def test_a_list_draws_an_identity_for_each_person() -> None:

@@ -94,15 +94,6 @@ def test_the_outcome_in_words_page_arrays_and_plot(genuine: mo.FilmCheck, tmp_pa
         genuine.write(str(tmp_path / "pages"))
 
 
-def test_a_forged_film_is_rejected() -> None:
-    """Catches: a face that passes over the verdict."""
-    check = mo.verify(FORGED, badge=mo.load_badge(BADGE), pictures=False)
-    assert (check.verdict, check.accepted) == ("reject", False)
-    assert "fail" in {reason["level"] for reason in check.reasons}
-    with pytest.raises(mo.SpecError, match="kept no signals"):
-        check.plot()
-
-
 @pytest.mark.slow
 def test_a_claim_is_looked_up_in_a_registry_by_path_url_or_object(tmp_path: Path, short: Path) -> None:
     """Catches: a plain path that is taken for a URL; an open registry that is closed; one made by a verify."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import pytest
 from click.testing import CliRunner
@@ -38,28 +37,6 @@ def test_the_badge_and_its_page_are_those_of_the_command(wish: dict[str, str], t
     assert mo.load_badge(printed.files["badge.json"]) == badge == mo.load_badge(tmp_path / "theirs" / "badge.json")
     for name in ("preview.png", "preview.webp"):
         assert printed.files[name].read_bytes() == (tmp_path / "theirs" / name).read_bytes(), name
-
-
-@pytest.mark.parametrize(
-    ("wish", "options"),
-    [
-        ({"form": "vector", "payload": PAYLOAD}, ["--form", "vector", "--payload", PAYLOAD]),
-        (
-            {"front": "mask", "lens_thickness_mm": 2.0, "payload": PAYLOAD},
-            ["--front", "mask", "--lens-thickness", "2", "--payload", PAYLOAD],
-        ),
-    ],
-)
-def test_lines_are_drawn_as_the_command_draws_them(wish: dict[str, Any], options: list[str], tmp_path: Path) -> None:
-    """Catches: a way of drawing that Python does not reach, or that is lost on the way."""
-    done = CliRunner().invoke(moireid, ["print", "Ada", "--out", str(tmp_path / "ada"), "--mount", "none", *options])
-    assert done.exit_code == 0, done.output
-    assert mo.design("Ada", **wish) == mo.load_badge(tmp_path / "ada" / "badge.json")
-
-
-def test_an_identity_is_drawn_anew_each_time() -> None:
-    """Catches: an identity that is made from the name."""
-    assert mo.design("Ada").id != mo.design("Ada").id
 
 
 def test_files_and_record_appear_together(tmp_path: Path) -> None:

@@ -7,10 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from moireid.artwork.template import TEMPLATES, TYPEFACES, BadgeTemplate, template_named, template_of
-from moireid.cli.printing import print_options
+from moireid.artwork.template import BadgeTemplate, template_named, template_of
 from moireid.errors import SpecError
-from moireid.fabrication.text import fonts
 
 OWN = """
 colour = "teal"
@@ -24,14 +22,6 @@ what = "qr"
 at = [40, 5, 50, 15]
 unit = "mm"
 """
-
-
-def test_every_shipped_template_serves_landscape_and_portrait_boards() -> None:
-    """Catches: a template that names an unknown piece or area, and one that the command does not offer."""
-    assert print_options.TEMPLATES == TEMPLATES and len(TEMPLATES) == 10
-    assert TYPEFACES == fonts.TYPEFACES
-    for name in TEMPLATES:
-        assert set(template_named(name).sides) == {"landscape", "portrait"}
 
 
 def test_toml_and_json_say_the_same(tmp_path: Path) -> None:

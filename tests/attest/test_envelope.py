@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 from cryptography.hazmat.primitives import hashes, serialization
-from cryptography.hazmat.primitives.asymmetric import ec, rsa
+from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
 from securesystemslib.dsse import Envelope
 from securesystemslib.signer import SSlibKey
@@ -98,19 +98,11 @@ def bad_keys() -> dict[str, tuple[bytes, str]]:
         serialization.Encoding.PEM, serialization.PrivateFormat.PKCS8, serialization.BestAvailableEncryption(b"x")
     )
     p384 = pem_of(ec.generate_private_key(ec.SECP384R1()))
-    form = serialization.PrivateFormat.TraditionalOpenSSL
-    rsa_key = rsa.generate_private_key(65537, 2048).private_bytes(
-        serialization.Encoding.PEM, serialization.PrivateFormat.PKCS8, serialization.NoEncryption()
-    )
-    broken = key.private_bytes(serialization.Encoding.PEM, form, serialization.NoEncryption()).replace(b"M", b"N")
     return {
-        "empty": (b"", "no private key"),
         "public": (public_pem_of(key), "no private key"),
         "two": (pem_of(key) + pem_of(other), "2 private keys"),
         "locked": (locked, "encrypted"),
         "p384": (p384, "neither Ed25519 nor ECDSA on P-256"),
-        "rsa": (rsa_key, "neither Ed25519 nor ECDSA on P-256"),
-        "broken": (broken, "cannot be read"),
         "another's certificate": (pem_of(other) + pem_of_certificates(own), "of the private key in it"),
         "out of date": (pem_of(key) + pem_of_certificates(late), "valid from"),
         "false chain": (pem_of(key) + pem_of_certificates(own, false_root), "not issued by"),

@@ -141,23 +141,11 @@ def test_a_name_that_is_none_is_refused(refused: Callable[..., str], name: str) 
     ("options", "words"),
     [
         (["--payload", "zz"], "16 or 32 hex"),
-        (["--payload", ""], "16 or 32 hex"),
-        (["--payload", "3f a2 0c 3f a2 0"], "16 or 32 hex"),
-        (["--payload", "3fa20c"], "16 or 32 hex"),
         (["--axes", "y"], "--axes"),
         (["--range", "2.5-0.8"], "0.8-2.5"),
-        (["--range", "nan-1"], "0.8-2.5"),
         (["--range", "0.8-1e308"], "range"),
-        (["--range", "1-2-3"], "0.8-2.5"),
-        (["--size", "0x0"], "146x160"),
         (["--size", "1x1"], "60x66"),
-        (["--size", "12x160"], "board"),
         (["--size", "infx160"], "146x160"),
-        (["--size", "999x999"], "a4"),
-        (["--printer-dpi", "100"], "400 dpi"),
-        (["--printer-dpi", "0"], "--printer-dpi"),
-        (["--lens", "55lpi"], "40lpi"),
-        (["--paper", "a3"], "letter"),
         (["--mount", "no\nne"], "--mount"),
         (["--front", "glass"], "--front"),
         (["--mount", "none", "--mount-figure", "kerf_mm=0.1"], "--mount lanyard"),
@@ -292,7 +280,7 @@ def test_claims_that_nobody_answers_to_are_refused(
 ) -> None:
     """Catches: the first of two namesakes taken; a claim matched by its beginning, in another case, or as a pattern."""
     film = str(films / "genuine_1.0m.mp4")
-    for claim in ("Nobody", "", "ada lovelace", "Ada", "Ada%", "0102030405", "*", "a\nb"):
+    for claim in ("Nobody", "", "ada lovelace", " Ada Lovelace", "Ada", "Ada%", "0102030405", "*", "a\nb"):
         assert "no one named" in refused("verify", film, "--claim", claim, "--registry", REGISTRY, "--json")
     both = refused("verify", film, "--claim", "Bob", "--registry", REGISTRY)
     assert BOBS[0] in both and BOBS[1] in both
@@ -344,12 +332,7 @@ def _set(*path: str | int, value: object) -> Callable[[dict[str, Any]], None]:
 
 WRONG_BADGES: dict[str, Callable[[dict[str, Any]], object]] = {
     "lens.pitch_mm": _set("lens", "pitch_mm", value="0.508"),
-    "lens": lambda d: d.pop("lens"),
     "NaN": _set("gratings", 0, "cells", 0, "pitch_mm", value=float("nan")),
-    "Infinity": _set("print", "dpi", value=float("inf")),
-    "cells.0.rect_mm": _set("gratings", 0, "cells", 0, "rect_mm", value=[0, 0, 10, 10]),
-    "markers.ids": _set("markers", "ids", value=[0, 1, 2, 2]),
-    "markers.ids: [0": _set("markers", "ids", value=[0, 1, 2, 999]),
     "markers.dictionary": _set("markers", "dictionary", value="DICT_9X9"),
     "digits": _set("markers", "centers_mm", 0, 0, value=10**400),
     "format 3": _set("format", value=3),
@@ -401,28 +384,21 @@ def test_a_badge_that_could_never_be_verified_is_not_enrolled(
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        (["--out", "film"], "film film cannot"),
         (["--out", "film.txt"], "film film.txt cannot"),
         (["--out", "film.webm"], "name it .mp4 or .mkv"),
         (["--out", ""], "folder"),
         (["--out", "ada.json/film.mp4"], "cannot be made"),
         (["--out", "ada.json"], "exists already"),
-        (["--out", "new.mp4", "--motion", "waltz"], "handheld"),
         (["--out", "new.mp4", "--motion", "none.csv"], "none.csv"),
         (["--out", "new.mp4", "--motion", "bad.csv"], "bad.csv"),
         (["--out", "new.mp4", "--distance", "nan"], "--distance"),
-        (["--out", "new.mp4", "--distance", "0"], "--distance"),
         (["--out", "new.mp4", "--fps", "nan"], "nan"),
         (["--out", "new.mp4", "--frames", "1"], "--frames"),
         (["--out", "new.mp4", "--forge", "magic"], "frozen"),
         (["--out", "new.mp4", "--forge", "photo", "--backend", "mitsuba"], "true badges"),
         (["--out", "new.mp4", "--camera", "wide", "--backend", "mitsuba"], "distortion"),
-        (["--out", "new.mp4", "--camera", "leica"], "webcam"),
-        (["--out", "new.mp4", "--recipe", "fax"], "chat"),
         (["--out", "new.webm", "--effect", "hlg", "--frames", "2"], "name it .mp4 or .mkv"),
-        (["--out", "new.mp4", "--light", "moon"], "softbox"),
         (["--out", "new.mp4", "--forge", "late", "--backend", "mitsuba"], "analytic"),
-        (["--out", "new.mp4", "--seed", "-1"], "--seed"),
     ],
     ids=lambda value: " ".join(value)[6:] if isinstance(value, list) else "",
 )
@@ -515,6 +491,7 @@ def test_output_that_nobody_takes_is_no_traceback(tmp_path: Path, people: None) 
 
 
 HEAVY = {"OCP", "build123d", "cadquery", "manifold3d", "matplotlib", "mitsuba", "numba", "scipy", "trimesh"}
+HEAVY |= {"dask", "distributed", "fsspec", "pyarrow"}
 
 
 @pytest.mark.claim("Heavy packages are loaded by the work that needs them")

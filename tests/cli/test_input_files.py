@@ -74,6 +74,7 @@ for name, words in json.loads(sys.argv[1]).items():
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["pipe", "endless"])
 def test_a_pipe_or_an_endless_file_is_refused_at_once(tmp_path: Path, kind: str) -> None:
     """Catches: an option whose file is waited for without an end, or read whole whatever its size."""

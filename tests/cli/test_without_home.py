@@ -51,6 +51,7 @@ def test_where_a_home_is_needed_a_sentence_says_what_to_give(tmp_path: Path, wor
     assert {path.name for path in tmp_path.iterdir()} <= {"people.sqlite3"}
 
 
+@pytest.mark.slow
 def test_what_needs_no_home_works(tmp_path: Path) -> None:
     """Catches: a default that is looked up although nothing of it is used, also by a process that reads films."""
     film = first_frames(FILMS / "genuine_1.0m.mp4", tmp_path / "film.mp4", 100)

@@ -54,17 +54,6 @@ def test_a_format_is_read_over_its_range_by_the_link_budget(case: tuple[str, str
     assert badge.range_m == (FORMATS[name].range_m if name != "board" else badge.range_m)
 
 
-def test_markers_of_a_format_keep_their_white_and_their_distance(case: tuple[str, str, Badge]) -> None:
-    """Catches: a marker at the cut edge, or one that touches the fringes."""
-    _, _, badge = case
-    module, half = badge.markers.size_mm / 6, badge.markers.size_mm / 2
-    board, rect = badge.outline_mm, badge.gratings[0].rect_mm
-    for x, y in badge.markers.centers_mm:
-        to_edge = min(x - board[0], board[2] - x, y - board[1], board[3] - y) - half
-        assert to_edge >= module
-        assert max(rect[1] - y, y - rect[3]) - half >= 1.049 * module
-
-
 def test_a_range_is_cut_to_what_the_board_allows_and_kept_where_it_is_given() -> None:
     """Catches: a promise beyond the far end, and a user's own wish that is bent in silence."""
     tall = Order("A", format="board", orientation="landscape", head=0.6)

@@ -78,17 +78,6 @@ def test_a_badge_that_no_seal_opens_for_is_nobody_s(film, ada, tmp_path, monkeyp
     assert report.startswith("REJECT: Genuine, but held by no one in this bundle, and not Sarah Example's")
 
 
-@pytest.mark.slow
-def test_a_revoked_badge_of_a_bundle_is_rejected(film, registry, ada, tmp_path):
-    """Catches: revocations that are not in it, or not looked at."""
-    registry.revoke(ada.name, "lost on the train")
-    registry.publish(tmp_path / "bundle", specimen_of, days=7)
-    report = verified(film, ada.name, "--bundle", tmp_path / "bundle", "--report", tmp_path / "report")
-    assert report["verdict"] == "reject" and report["identity"]["verdict"] == "match"
-    assert "lost on the train" in (tmp_path / "report" / "report.html").read_text()
-    assert registry.fingerprint in (tmp_path / "report" / "report.html").read_text()
-
-
 def identified(film: Path, *options: object) -> tuple[int, str, str]:
     done = CliRunner().invoke(moireid, ["identify", str(film), *map(str, options)])
     return done.exit_code, done.stdout, done.output

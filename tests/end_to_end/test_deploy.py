@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 import subprocess
+import sys
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -16,12 +17,13 @@ import yaml
 from click.testing import CliRunner
 from distributed import Security
 
+from kit.places import FILMS, ROOT
 from moireid.cli.main import moireid
 from moireid.errors import SpecError
 from moireid.scheduler import scheduler_client
 
-ROOT = Path(__file__).parents[2]
 DEPLOY = ROOT / "deploy"
+UNDER_FILTER = [sys.executable, "-m", "kit.contained", str(DEPLOY / "seccomp.json")]
 
 
 def compose() -> dict[str, Any]:
@@ -52,6 +54,27 @@ def test_commands_take_the_options_that_they_are_given() -> None:
         (command,) = [command for command in found if command[: len(start)] == start]
         output = CliRunner().invoke(moireid, [*start[1:], "--help"]).stdout
         assert options_of(command) <= set(re.findall(r"--[a-z-]+", output))
+
+
+def test_the_signer_alone_has_keys_and_the_worker_reaches_none() -> None:
+    """Catches: a studio that can read the key; a film's process with a way to the signer or the database."""
+    services = compose()["services"]
+    mounted = {name: {one.split(":")[0] for one in service.get("volumes", ())} for name, service in services.items()}
+    assert [name for name, volumes in mounted.items() if "keys" in volumes] == ["signer"]
+    assert "socket" not in mounted["worker"] and services["worker"]["networks"] == ["cluster"]
+    ours = [service for service in services.values() if "MOIREID" in service["image"]]
+    assert len(ours) == 6 and all(one["read_only"] and one["cap_drop"] == ["ALL"] for one in ours)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="the filter is one of Linux's calls")
+def test_a_film_is_read_in_a_sealed_process_under_the_shipped_filter(tmp_path: Path) -> None:
+    """Catches: a filter of calls with which a film's process cannot seal itself, or a program not start."""
+    words = [*UNDER_FILTER, str(Path(sys.executable).with_name("moireid")), "verify", str(FILMS / "genuine_2.0m.mp4")]
+    words += ["--badge", str(FILMS / "badge.json"), "--json"]
+    done = subprocess.run(words, cwd=ROOT / "tests", capture_output=True, text=True, check=False)
+    assert sorted(json.loads(done.stdout)["sealed"]) == ["calls", "files", "no_new_privileges"], done.stderr
+    apart = subprocess.run([*UNDER_FILTER, "unshare", "--user", "true"], cwd=ROOT / "tests", capture_output=True)
+    assert apart.returncode != 0
 
 
 def test_no_one_reaches_the_scheduler_without_the_certificate(tmp_path: Path) -> None:

@@ -1,16 +1,9 @@
-"""The lock files, the list of parts, and the check for known holes.  Each test names what it catches."""
+"""The lock files.  Each test names what it catches."""
 
 from __future__ import annotations
 
-import json
 import re
-import subprocess
-import sys
-import threading
 import tomllib
-from collections.abc import Iterator
-from http.server import BaseHTTPRequestHandler, HTTPServer
-from pathlib import Path
 
 import pytest
 from packaging.requirements import Requirement
@@ -68,53 +61,3 @@ def test_the_locks_name_all_that_the_project_asks_for(everything: dict[str, tupl
     """Catches: a dependency that was added without `make lock`."""
     for folder in DISTRIBUTIONS:
         assert wanted(folder, development=True) <= set(everything)
-
-
-class Database(BaseHTTPRequestHandler):
-    """A stand-in for the OSV database's server, which knows a hole in thing 1.0, and some in FFmpeg n4.0 and n8.1."""
-
-    def do_POST(self) -> None:
-        asked = json.loads(self.rfile.read(int(self.headers["content-length"])))
-        hole = {
-            "id": "TEST-1",
-            "summary": "a hole",
-            "affected": [
-                {
-                    "package": {"name": "thing", "ecosystem": "PyPI"},
-                    "ranges": [{"type": "ECOSYSTEM", "events": [{"introduced": "0"}, {"fixed": "1.1"}]}],
-                }
-            ],
-        }
-        name, version = asked["package"]["name"], asked["version"]
-        known = (name, version) == ("thing", "1.0")
-        known |= name.endswith("/FFmpeg.git") and version in ("n4.0", "n8.1")
-        answer = json.dumps({"vulns": [hole]} if known else {}).encode()
-        self.send_response(200)
-        self.send_header("content-length", str(len(answer)))
-        self.end_headers()
-        self.wfile.write(answer)
-
-    def log_message(self, *_: object) -> None:
-        """Say nothing."""
-
-
-@pytest.fixture
-def database() -> Iterator[str]:
-    server = HTTPServer(("127.0.0.1", 0), Database)
-    threading.Thread(target=server.serve_forever, daemon=True).start()
-    yield f"http://127.0.0.1:{server.server_port}/"
-    server.shutdown()
-    server.server_close()
-
-
-def audit(tmp_path: Path, url: str, *lines: str, ffmpeg: str | None = None) -> subprocess.CompletedProcess[str]:
-    """`.ci/audit.py` on a lock of these packages, and a list with that FFmpeg, where nothing is reached but `url`."""
-    lock = tmp_path / "some.lock"
-    lock.write_text("".join(f"{line} --hash=sha256:{'0' * 64}\n" for line in lines), encoding="utf-8")
-    closed = {"HTTPS_PROXY": "http://127.0.0.1:9", "NO_PROXY": "127.0.0.1", "HOME": str(tmp_path)}
-    command = [sys.executable, str(ROOT / ".ci" / "audit.py"), str(lock), "--osv-url", url]
-    if ffmpeg is not None:
-        inside = [{"name": "ffmpeg", "version": ffmpeg}, {"name": "libx-1.so.2"}]
-        (tmp_path / "parts.json").write_text(json.dumps({"components": [{"name": "av", "components": inside}]}))
-        command += ["--parts", str(tmp_path / "parts.json")]
-    return subprocess.run(command, env=closed, capture_output=True, text=True, check=False)

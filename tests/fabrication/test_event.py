@@ -43,6 +43,7 @@ FULL = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("paper", "size", "metres", "count"), FULL)
 def test_full_sheets_have_both_scale_bars_clear_of_all_else(paper, size, metres, count, tmp_path):
     """Catches: sheets that show a printer's scale in one direction alone; bars on boards or among crop marks, off the

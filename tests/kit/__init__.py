@@ -27,7 +27,7 @@ sandbox_work.py     what a sandboxed process is given to do
 hostile_work.py     what a job's process says once a film has taken it over
 sealed_work.py      what a hostile film would do, for a sealed process to try
 film_taken_over.py  orders to read that do something else, as a film would
-contained.py        a command as a container of `deploy/` runs it, without a container engine
+contained.py        a command under the filter of calls of `deploy/`
 untrusted_readers.py  the readers of files that strangers give, and contents kept for them
 fuzzing.py          those readers fuzzed by coverage
 spoilt_films.py     what is used in place of films that spoil or take over their reader
@@ -40,8 +40,6 @@ payloads.py         a fixed payload for a name
 registries.py       registries on SQLite and PostgreSQL
 witnesses.py        roots of logs, and witnesses who sign checkpoints
 fault_runs.py       file calls of a registry fail, one in each run; faults.c is loaded to do it
-fault_runs_postgres.py  statements and commits that go to PostgreSQL fail, one in each run
-power_cuts.py       what a power cut leaves of files, after some calls of an operation
 enrolling.py        what other processes do at a registry
 streams.py          films as they are streamed
 webbing.py          a visit to the studio

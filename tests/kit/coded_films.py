@@ -26,7 +26,7 @@ def written(
         stream = container.add_stream(codec, rate=Fraction(30))
         stream.height, stream.width = pictures[0].shape
         stream.pix_fmt = pixels
-        stream.options = {"crf": "1", "preset": "ultrafast", "x265-params": "log-level=none:bframes=0"}
+        stream.options = {"crf": "1", "preset": "ultrafast", "threads": "2", "x265-params": "log-level=none:bframes=0"}
         if full_range:
             stream.codec_context.color_range = 2
         if aspect is not None:

@@ -12,9 +12,9 @@ import av
 
 #: Size of a packet of a transport stream, and its identifier of the first pictures that FFmpeg writes.
 TS, PICTURES = 188, 0x100
-#: Encoders, each as fast as it can be without visible loss.
+#: Encoders, each as fast as it can be without visible loss; what x264 writes depends on the number of threads.
 CODECS = {
-    "libx264": {"preset": "veryfast", "crf": "20"},
+    "libx264": {"preset": "veryfast", "crf": "20", "threads": "2"},
     "libx265": {"preset": "ultrafast", "crf": "18"},
     "libvpx-vp9": {"deadline": "realtime", "cpu-used": "8", "b": "4M"},
     "mjpeg": {"qmin": "2", "qmax": "4"},

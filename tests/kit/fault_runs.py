@@ -25,8 +25,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from sqlalchemy import create_engine, inspect
-
 from kit.registries import badge_of, url_of
 from moireid.badge import Badge
 from moireid.errors import MoireIdError
@@ -35,7 +33,6 @@ from moireid.idcodes import specimen_of
 from moireid.registry import Registry, import_registry, open_registry
 from moireid.registry.bundle.held import Bundle
 from moireid.registry.checkpoints.sources import checkpoints_from
-from moireid.registry.engine import own_file
 from moireid.registry.merge import checked_copy
 
 KINDS = {"error": 1, "short write": 2, "full disk": 3, "kill": 4, "torn write": 5}
@@ -47,26 +44,13 @@ FILES = ("out.json", "bundle", "checkpoint")
 Point = tuple[str, int, str]
 
 
-#: The URL of a folder's registry; a database server may take its place.
-registry_at: Callable[[Path], str] = lambda folder: url_of(folder / "people.sqlite3")  # noqa: E731
-
-
 def at_home(folder: Path) -> str:
     """Keep everything that is written below one folder; returns the registry's URL."""
     for name, place in (("MOIREID_KEYS", "keys"), ("MOIREID_SEEN", "memory/seen.sqlite3"), ("TMPDIR", "tmp")):
         os.environ[name] = str(folder / place)
     (folder / "tmp").mkdir(parents=True, exist_ok=True)
     tempfile.tempdir = None
-    return registry_at(folder)
-
-
-def _kept_file(folder: Path) -> Callable[[], object]:
-    shutil.copy(folder / "people.sqlite3", folder / "tmp" / "early")
-    return lambda: shutil.copy(folder / "tmp" / "early", folder / "people.sqlite3")
-
-
-#: Keeps a folder's registry as it is; what it returns puts it back.
-keep_registry: Callable[[Path], Callable[[], object]] = _kept_file
+    return url_of(folder / "people.sqlite3")
 
 
 def with_registry(act: Callable[[Registry, Path], object], *, create: bool = False) -> Callable[[Path], None]:
@@ -121,7 +105,7 @@ def prepare(folder: Path, name: str) -> None:
             registry.enroll(badge_of(one))
         for write in (exported, pointed, published):
             write(registry, folder)
-        put_back = keep_registry(folder)
+        shutil.copy(folder / "people.sqlite3", folder / "tmp" / "early")
         if name == "import":
             registry.enroll_many(people(badge_of("Cy"), 5))
             registry.revoke("Ada", "lost")
@@ -129,27 +113,16 @@ def prepare(folder: Path, name: str) -> None:
         else:
             registry.enroll(badge_of("Cy"))
     if name == "import":
-        put_back()
+        shutil.copy(folder / "tmp" / "early", folder / "people.sqlite3")
         (folder / "memory" / "seen.sqlite3").unlink()
-
-
-def is_there(url: str) -> bool:
-    """Whether anything was written to a database."""
-    path = own_file(url)
-    if path is not None:
-        return path.exists() and path.stat().st_size > 0
-    engine = create_engine(url)
-    try:
-        return bool(inspect(engine).get_table_names())
-    finally:
-        engine.dispose()
 
 
 def state_of(folder: Path) -> tuple[Any, ...]:
     """What a user finds: the registry's records and the files; raises where something does not hold."""
     url = at_home(folder)
     found: list[Any] = []
-    if is_there(url):
+    path = folder / "people.sqlite3"
+    if path.exists() and path.stat().st_size > 0:
         with open_registry(url, create=True) as registry:
             seen = registry.audit()
             assert seen.sound, seen.findings
@@ -282,34 +255,29 @@ def is_one_of(found: list[Any], old: list[Any], new: list[Any], *, done: bool) -
 
 
 def main(place: str, most: str, *names: str) -> None:
-    """Write the number of points, and each that does not hold."""
+    """Write the number of points, each that does not hold, and the pairs of a way to fail and a call."""
     found, covered = {}, set[tuple[str, str]]()
     for name in names or OPERATIONS:
         with tempfile.TemporaryDirectory(dir=place) as own:
             found[name] = list(points(name, Path(own), int(most), covered))
         sys.stderr.write(f"{name}: {len(found[name])} points\n")
-    report(found, covered)
-
-
-def report(found: dict[str, list[str | None]], covered: set[tuple[str, str]]) -> None:
-    """Write the number of points, each that does not hold, and the pairs of a way to fail and a call."""
     wrong = [one for points in found.values() for one in points if one is not None]
     document = {"points": sum(map(len, found.values())), "wrong": wrong, "covered": sorted(covered)}
     sys.stdout.write(json.dumps(document) + "\n")
 
 
-def preloaded(module: str, work: Callable[..., None]) -> None:
-    """Do a command's work with faults.c, which is compiled and loaded here, so that the command is one."""
-    if "LD_PRELOAD" in os.environ:
-        work(*sys.argv[1:])
-        return
+def preloaded() -> None:
+    """Run again with faults.c loaded, which is compiled here, so that the command is one."""
     with tempfile.TemporaryDirectory() as built:
         shim = Path(built) / "faults.so"
         options = ("-shared", "-fPIC", "-O1", "-fno-sanitize=undefined", "-o", shim)
         subprocess.run([sys.executable, "-m", "ziglang", "cc", *options, SOURCE], check=True)
-        again = [sys.executable, "-m", module, *sys.argv[1:]]
+        again = [sys.executable, "-m", "kit.fault_runs", *sys.argv[1:]]
         sys.exit(subprocess.run(again, env=os.environ | {"LD_PRELOAD": str(shim)}, check=False).returncode)
 
 
 if __name__ == "__main__":
-    preloaded("kit.fault_runs", main)
+    if "LD_PRELOAD" in os.environ:
+        main(*sys.argv[1:])
+    else:
+        preloaded()

@@ -2,8 +2,7 @@
  *
  * Calls that open, read, write, resize, sync, rename and remove files are counted, those of SQLite and of Python alike;
  * of all kinds but FAIL only those that change something, as a kill before a call leaves what one after the last left.
- * The one of number `at` fails as its kind says; fault_calls() gives what calls there were.  fault_record() lets none fail
- * and writes down each change instead, one line and its bytes: power_cuts.py makes of it what a power cut leaves.
+ * The one of number `at` fails as its kind says; fault_calls() gives what calls there were.
  */
 #define _GNU_SOURCE
 #include <dlfcn.h>
@@ -27,46 +26,6 @@ static char root[4096];
 void fault_arm(int new_kind, int new_at, const char *folder) {
     kind = new_kind, at = new_at, count = 0, armed = 1;
     snprintf(root, sizeof root, "%s/", folder);
-}
-
-static int record = -1;
-
-void fault_record(const char *trace) { record = (int)syscall(SYS_openat, AT_FDCWD, trace, O_WRONLY | O_CREAT, 0600); }
-
-static void put(const void *data, size_t size) {
-    if (syscall(SYS_write, record, data, size) != (long)size) abort();
-}
-
-/* One line: what was done, to which inode, two numbers, and how many bytes follow. */
-static void note(char what, int fd, long one, long two, const void *data, size_t size) {
-    char line[128];
-    struct stat seen;
-    int kept = errno;
-    if (record >= 0) {
-        memset(&seen, 0, sizeof seen);
-        if (fd >= 0) fstat(fd, &seen);
-        int length = snprintf(line, sizeof line, "%c %lu %ld %ld %zu\n", what, (unsigned long)seen.st_ino, one, two, size);
-        put(line, (size_t)length);
-        put(data, size);
-    }
-    errno = kept;
-}
-
-static void note_path(char what, int fd, long one, long two, const char *path) {
-    if (record >= 0) note(what, fd, one, two, path, strlen(path));
-}
-
-static void note_names(const char *old, const char *new) {
-    char both[8192];
-    if (record >= 0) note('R', -1, 0, 0, both, (size_t)snprintf(both, sizeof both, "%s\n%s", old, new));
-}
-
-static void note_sync(int fd) {
-    char link[64], path[4096];
-    if (record < 0) return;
-    snprintf(link, sizeof link, "/proc/self/fd/%d", fd);
-    ssize_t length = readlink(link, path, sizeof path);
-    note('S', fd, 0, 0, path, length < 0 ? 0 : (size_t)length);
 }
 
 static int below(const char *path) { return armed && path != NULL && strncmp(path, root, strlen(root)) == 0; }
@@ -105,20 +64,19 @@ static void passed(int effect) { if (kind == KILL && count == at && effect != RE
 
 #define REAL(name) static __typeof__(name) *real; if (!real) real = (__typeof__(name) *)dlsym(RTLD_NEXT, #name)
 
-#define CALL(name, type, arguments, passed_on, ours, effect, noted) \
+#define CALL(name, type, arguments, passed_on, ours, effect) \
     type name arguments { \
         REAL(name); \
         if (!(ours)) return real passed_on; \
         if (fails(effect, #name)) return -1; \
         type result = real passed_on; \
         int kept = errno; \
-        if (result == 0) noted; \
         passed(effect); \
         errno = kept; \
         return result; \
     }
 
-#define WRITE(name, arguments, passed_on, halved, place) \
+#define WRITE(name, arguments, passed_on, halved) \
     ssize_t name arguments { \
         REAL(name); \
         if (!is_ours(fd)) return real passed_on; \
@@ -129,7 +87,6 @@ static void passed(int effect) { if (kind == KILL && count == at && effect != RE
             return half; \
         } \
         ssize_t result = real passed_on; \
-        if (result > 0) note('W', fd, place, 0, data, (size_t)result); \
         passed(TAKES_SPACE); \
         return result; \
     }
@@ -145,7 +102,6 @@ static void passed(int effect) { if (kind == KILL && count == at && effect != RE
         int effect = flags & O_CREAT && access(path, F_OK) != 0 ? TAKES_SPACE : READS; \
         if (fails(effect, #name)) return -1; \
         int result = real(path, flags, mode), kept = errno; \
-        if (result >= 0) note_path('O', result, effect == TAKES_SPACE, (flags & O_TRUNC) != 0, path); \
         passed(effect); \
         errno = kept; \
         return result; \
@@ -153,16 +109,16 @@ static void passed(int effect) { if (kind == KILL && count == at && effect != RE
 
 OPEN(open)
 OPEN(open64)
-WRITE(write, (int fd, const void *data, size_t size), (fd, data, size), (fd, data, size / 2), lseek(fd, 0, SEEK_CUR) - result)
-WRITE(pwrite, (int fd, const void *data, size_t size, off_t to), (fd, data, size, to), (fd, data, size / 2, to), to)
-WRITE(pwrite64, (int fd, const void *data, size_t size, off64_t to), (fd, data, size, to), (fd, data, size / 2, to), to)
-CALL(read, ssize_t, (int fd, void *data, size_t size), (fd, data, size), is_ours(fd), READS, (void)0)
-CALL(pread, ssize_t, (int fd, void *data, size_t size, off_t from), (fd, data, size, from), is_ours(fd), READS, (void)0)
-CALL(pread64, ssize_t, (int fd, void *data, size_t size, off64_t from), (fd, data, size, from), is_ours(fd), READS, (void)0)
-CALL(fsync, int, (int fd), (fd), is_ours(fd), CHANGES, note_sync(fd))
-CALL(fdatasync, int, (int fd), (fd), is_ours(fd), CHANGES, note_sync(fd))
-CALL(ftruncate, int, (int fd, off_t size), (fd, size), is_ours(fd), CHANGES, note('T', fd, size, 0, "", 0))
-CALL(ftruncate64, int, (int fd, off64_t size), (fd, size), is_ours(fd), CHANGES, note('T', fd, size, 0, "", 0))
-CALL(rename, int, (const char *old, const char *new), (old, new), below(old), CHANGES, note_names(old, new))
-CALL(unlink, int, (const char *path), (path), below(path), CHANGES, note_path('U', -1, 0, 0, path))
-CALL(mkdir, int, (const char *path, mode_t mode), (path, mode), below(path), TAKES_SPACE, note_path('M', -1, 0, 0, path))
+WRITE(write, (int fd, const void *data, size_t size), (fd, data, size), (fd, data, size / 2))
+WRITE(pwrite, (int fd, const void *data, size_t size, off_t to), (fd, data, size, to), (fd, data, size / 2, to))
+WRITE(pwrite64, (int fd, const void *data, size_t size, off64_t to), (fd, data, size, to), (fd, data, size / 2, to))
+CALL(read, ssize_t, (int fd, void *data, size_t size), (fd, data, size), is_ours(fd), READS)
+CALL(pread, ssize_t, (int fd, void *data, size_t size, off_t from), (fd, data, size, from), is_ours(fd), READS)
+CALL(pread64, ssize_t, (int fd, void *data, size_t size, off64_t from), (fd, data, size, from), is_ours(fd), READS)
+CALL(fsync, int, (int fd), (fd), is_ours(fd), CHANGES)
+CALL(fdatasync, int, (int fd), (fd), is_ours(fd), CHANGES)
+CALL(ftruncate, int, (int fd, off_t size), (fd, size), is_ours(fd), CHANGES)
+CALL(ftruncate64, int, (int fd, off64_t size), (fd, size), is_ours(fd), CHANGES)
+CALL(rename, int, (const char *old, const char *new), (old, new), below(old), CHANGES)
+CALL(unlink, int, (const char *path), (path), below(path), CHANGES)
+CALL(mkdir, int, (const char *path, mode_t mode), (path, mode), below(path), TAKES_SPACE)

@@ -1,8 +1,8 @@
-"""Mutated and crafted media through plain `verify`: `PYTHONPATH=tests python -m kit.hostile_verify [MUTATED] [SEED]`.
+"""Mutated and crafted media through plain `verify`.
 
 Each is verified by the command, in a process of its own, with a deadline.  A right outcome is a verdict or a sentence;
 wrong are an internal error, a traceback, more than `MOST_S` or `MOST_MB`, and another file that was opened: each
-crafted list names a pipe, and a pipe notes its readers.  Exit code 1 where an outcome is wrong.
+crafted list names a pipe, and a pipe notes its readers.
 """
 
 from __future__ import annotations
@@ -15,12 +15,9 @@ import sys
 import tempfile
 import threading
 import time
-from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-
-import click
 
 from kit.coded_films import first_frames
 from kit.crafted_films import readers_of
@@ -143,25 +140,3 @@ def outcomes(folder: Path, count: int, seed: int) -> Iterator[tuple[str, RunOutc
             finally:
                 end()
         yield name, outcome, outcome.faults + [f"{other} was opened" for other in {*films, *parts}]
-
-
-def main() -> None:
-    """Print a line for each file with faults, and a count of the outcomes."""
-    count, seed = int((*sys.argv[1:2], "300")[0]), int((*sys.argv[2:3], "36")[0])
-    ends, wrong, worst_s, worst_mb = Counter[int](), 0, 0.0, 0.0
-    with tempfile.TemporaryDirectory() as folder:
-        for name, outcome, faults in outcomes(Path(folder), count, seed):
-            ends[outcome.code] += 1
-            worst_s, worst_mb = max(worst_s, outcome.seconds), max(worst_mb, outcome.peak_mb)
-            wrong += bool(faults)
-            if faults or not name.startswith("mutated"):
-                shown = f"{outcome.seconds:.1f} s, {outcome.peak_mb:.0f} MB, {outcome.words.strip()[:160]}"
-                mark = f"WRONG {', '.join(faults)}" if faults else "right"
-                click.echo(f"{mark}: {name}: {outcome.code}, {shown}")
-    most = f"at most {worst_s:.1f} s, {worst_mb:.0f} MB"
-    click.echo(f"{sum(ends.values())} files, {wrong} wrong; exit codes {dict(ends)}; {most}")
-    sys.exit(wrong > 0)
-
-
-if __name__ == "__main__":
-    main()

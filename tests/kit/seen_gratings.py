@@ -7,11 +7,11 @@ read off by demodulating the picture with the law itself: what is left is the er
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from moireid.badge import Badge, Cell, Grating
+from moireid.badge import Badge
 from moireid.lenticule import view_law
 from moireid.simulate.analytic.analytic_renderer import AnalyticRenderer, BoardRadiance
 from moireid.simulate.build import Build
@@ -99,22 +99,3 @@ def steepness(seen: View, phase: np.ndarray, axis: int) -> float:
     sums = [(part * np.hanning(half)).sum() for part in (turned[:, :half], turned[:, -half:])]
     gap_mm = seen.x_mm[-half] - seen.x_mm[0]
     return float(np.angle(sums[1] / sums[0]) / gap_mm)
-
-
-def transposed(badge: Badge) -> Badge:
-    """The board with x and y exchanged, for boards that are square; the markers stay, as they have no axis."""
-    gratings = tuple(
-        Grating(
-            swap(g.rect_mm),
-            "y" if g.axis == "x" else "x",
-            g.pitch_mm,
-            g.family,
-            tuple(Cell(swap(c.rect_mm), c.pitch_mm, c.edge_mm, c.duty) for c in g.cells),
-        )
-        for g in badge.gratings
-    )
-    return replace(badge, gratings=gratings)
-
-
-def swap(rect):
-    return (rect[1], rect[0], rect[3], rect[2])

@@ -32,7 +32,7 @@ def write_stream(
 ) -> Path:
     """Pictures as H.264, with a key picture a second, so that it can be cut."""
     with av.open(str(path), "w", format=kind, options=options) as out:
-        coding = {"crf": "18", "preset": "ultrafast", "g": str(fps), "bf": "0"}
+        coding = {"crf": "18", "preset": "ultrafast", "g": str(fps), "bf": "0", "threads": "2"}
         stream = out.add_stream("libx264", rate=fps, options=coding)
         stream.width, stream.height, stream.pix_fmt = shots[0].width, shots[0].height, "yuv420p"
         for k, shot in enumerate(shots):

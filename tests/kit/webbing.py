@@ -134,7 +134,7 @@ def jobs_of(folder: Path, limits: Limits, prepare: Callable[[Job], PreparedJob] 
 def tiny_film(source: Path, path: Path, *, frames: int = 12, size: tuple[int, int] = (640, 360)) -> Path:
     """The first frames of a film, smaller: quickly judged; so few are never more than "inconclusive"."""
     with av.open(str(source)) as given, av.open(str(path), "w") as made:
-        stream = made.add_stream("libx264", rate=60)
+        stream = made.add_stream("libx264", rate=60, options={"threads": "2"})
         stream.width, stream.height, stream.pix_fmt = *size, "yuv420p"
         for number, frame in enumerate(given.decode(video=0)):
             if number == frames:

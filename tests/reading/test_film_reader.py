@@ -105,17 +105,13 @@ def test_nothing_is_waited_for_without_an_end(
 @pytest.mark.parametrize(
     "message",
     [
-        {"progress": 3},
         {"progress": [1]},
         {"progress": ["\x1b[2J", 2]},
-        {"progress": [-1, 2]},
         {"ended": 3},
         {"signals": "x" * ANSWER_BYTES},
         b'{"result": NaN}',
-        b'{"result": 1e999}',
         b'{"result": "\\ud800"}',
         b"[" * 100_000,
-        b"\xff",
     ],
     ids=lambda message: str(message)[:30],
 )

@@ -44,6 +44,8 @@ def unsynced(monkeypatch: pytest.MonkeyPatch) -> None:
 
     def fast(raw: sqlite3.Connection, record: object) -> None:
         set_up(raw, record)
+        # EXTRA: a commit reaches the disk with its folder.
+        assert raw.execute("PRAGMA synchronous").fetchone() == (3,)
         raw.execute("PRAGMA synchronous = OFF")
 
     monkeypatch.setattr(engine, "_set_up_sqlite", fast)

@@ -22,39 +22,6 @@ def run_json(*command: object, code: int = 0) -> dict:
     return json.loads(run(*command, "--json", code=code).stdout)
 
 
-def test_the_whole_way(url, badge_file, tmp_path, keys):
-    """Catches: a command that asks, a missing key of the contract, an exit code of another meaning."""
-    to = ("--registry", url)
-    made = run_json("registry", "init", *to)
-    assert made["badges"] == 0 and made["key"] == str(next(keys.iterdir()))
-    assert run_json("registry", "init", *to) == made
-    assert str(made["key"]) in run("registry", "init", *to).stdout
-    issued = run_json("enroll", badge_file, *to)
-    badge_id = badge_of("Ada").id
-    assert (issued["id"], issued["name"], issued["revoked_at"]) == (badge_id, "Ada", None)
-    assert run_json("enroll", badge_file, *to) == issued
-    assert run_json("registry", "list", *to)["badges"] == [
-        {k: v for k, v in issued.items() if k not in ("registry", "notes")}
-    ]
-    noted = run_json("registry", "audit", *to)
-    assert (noted["sound"], noted["badges"], noted["entries"], noted["findings"]) == (True, 1, 2, [])
-    with open_registry(url, create=False) as registry:
-        registry.store_as_built(badge_id, '{"tilt_rad": 0.01}')
-    revoked = run_json("registry", "revoke", "Ada", "--reason", "lost", *to)
-    assert revoked["revoked_reason"] == "lost" and revoked["revoked_at"].endswith("Z")
-    shown = run_json("registry", "show", badge_id.upper(), *to)
-    assert shown["badge"] == json.loads(badge_file.read_text()) and shown["as_built"] == {"tilt_rad": 0.01}
-    assert (shown["revoked_reason"], shown["fingerprint"]) == ("lost", made["fingerprint"])
-    again = run("enroll", badge_file, *to)
-    assert "holds badge" in again.stdout and "(lost), and stays revoked" in again.stderr
-    assert "revoked" in run("registry", "list", *to).stdout
-    assert "lost" in run("registry", "show", "Ada", *to).stdout
-    audit = run("registry", "audit", *to)
-    assert "is sound" in audit.stdout and "1 badges, 1 revoked, 4 entries" in audit.stdout
-    error = run("registry", "revoke", "Ada", "--reason", "again", *to, code=2)
-    assert error.stderr.startswith("error: ") and error.stderr.count("\n") == 1 and "revoked already" in error.stderr
-
-
 def test_audit_that_finds_something(url, badge_file):
     """Catches: exit code 0 for a registry that does not hold; a page of findings on the terminal."""
     to = ("--registry", url)

@@ -51,16 +51,6 @@ def test_enroll_is_idempotent(registry, monkeypatch):
 # Whose id it is.
 
 
-def test_id_of_somebody_else_is_refused(registry):
-    """Catches: overwriting, ignoring a conflict, or a message that does not say who holds the id."""
-    ada = badge_of("Ada")
-    kept = registry.enroll(ada)
-    with pytest.raises(RegistryError, match=r"is issued already to 'Ada'.*'Grace' cannot") as caught:
-        registry.enroll(badge_of("Grace", bytes.fromhex(ada.id)))
-    assert caught.value.details["holder"] == "Ada" and caught.value.details["id"] == ada.id
-    assert list(registry.records()) == [kept]
-
-
 def test_another_badge_of_the_same_name_and_id_is_refused(registry):
     """Catches: idempotence by id and name alone, which would let a badge of another pitch pass for the issued one."""
     kept = registry.enroll(badge_of("Ada"))
@@ -90,31 +80,11 @@ def test_names_match_after_nfc(registry, enrolled, claimed):
     assert registry.find(claimed).name == ZOE_NFC
 
 
-@pytest.mark.parametrize("claim", ["ada", "ADA", " Ada", "Ada ", "Ad", "Ada%", "Ad_", "", "Ada\x00", "Ada\udcff"])
-def test_names_match_exactly(registry, claim):
-    """Catches: folding case, trimming, LIKE, and a driver's error on what no database can hold."""
-    registry.enroll(badge_of("Ada"))
-    with pytest.raises(RegistryError, match="moireid registry list") as caught:
-        registry.find(claim)
-    assert repr(claim) in str(caught.value)
-
-
 def test_ligatures_and_wide_letters_stay_apart(registry):
     """Catches: NFKC, under which two different names would be one."""
     registry.enroll(badge_of("\uff21da"))
     with pytest.raises(RegistryError, match="no one named"):
         registry.find("Ada")
-
-
-def test_two_people_of_one_name(registry):
-    """Catches: taking the first that comes."""
-    ids = ["0a0a0a", "f0f0f0"]
-    for badge_id in reversed(ids):
-        registry.enroll(badge_of("Ada", bytes.fromhex(badge_id)))
-    with pytest.raises(RegistryError, match=r"2 people are named 'Ada', with ids 0a0a0a, f0f0f0") as caught:
-        registry.find("Ada")
-    assert caught.value.details["ids"] == ids
-    assert registry.find("f0f0f0").id == "f0f0f0"
 
 
 def test_people_of_one_name_are_chosen_by_their_lines(registry):

@@ -54,20 +54,3 @@ def test_two_processes_lose_nothing(url, keys):
         assert [record.name for record in registry.records()] == expected
         seen = registry.audit()
     assert seen.sound and (seen.records, seen.entries) == (100, 101)
-
-
-@pytest.mark.slow
-def test_two_processes_that_want_the_same_ids(url, keys):
-    """Catches: looking before writing, by which both would learn that the id is theirs."""
-    badge = badge_of("Ada")
-    lists = [[renamed(badge, who, k) for k in range(30)] for who in ("Al", "Bo")]
-    outcomes = _run_together(url, keys, lists)
-    with open_registry(url, create=False) as registry:
-        assert registry.audit().sound
-        holders = {int(record.id, 16): record.name for record in registry.records()}
-    assert sorted(holders) == list(range(30))
-    for outcome in outcomes:
-        (who,) = {text for text in outcome if text in ("Al", "Bo")} or {""}
-        for k, text in enumerate(outcome):
-            assert (text == who) == (holders[k] == who)
-            assert text == who or f"already to {holders[k]!r}" in text

@@ -90,18 +90,6 @@ def test_import_makes_a_copy(url, full, exported, target, prepared):
         assert copy.fingerprint == full.fingerprint
 
 
-def test_import_without_the_private_key_can_be_read(full, exported, target, monkeypatch, tmp_path):
-    """Catches: a key made on import; an import that needs one."""
-    monkeypatch.setenv("MOIREID_KEYS", str(tmp_path / "elsewhere"))
-    import_registry(exported, target)
-    assert not (tmp_path / "elsewhere").exists()
-    with open_registry(target, create=True) as copy:
-        assert copy.find("Bo").revoked_reason == "lost on the train — twice" and len(copy.layouts()) == 1
-        with pytest.raises(RegistryError, match="elsewhere"):
-            copy.enroll(badge_of("Di"))
-        assert copy.audit().sound
-
-
 # Import into a registry that holds something.
 
 

@@ -6,7 +6,6 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
-import av
 import numpy as np
 import pytest
 from click.testing import CliRunner
@@ -93,11 +92,6 @@ def test_background_left_out_leaves_the_badge_as_it_is() -> None:
     for noisy in (True, False):
         assert np.array_equal(exposed[True, noisy][inside], exposed[False, noisy][inside])
     assert exposed[False, False][:40].std() == 0 < exposed[True, False][:40].std()
-
-
-def pictures(path: Path) -> np.ndarray:
-    with av.open(str(path)) as container:
-        return np.stack([frame.to_ndarray(format="gray") for frame in container.decode(video=0)])
 
 
 @pytest.mark.slow

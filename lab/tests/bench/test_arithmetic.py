@@ -7,42 +7,9 @@ from types import SimpleNamespace
 
 import pytest
 
-from moireid.errors import MoireIdError
-from moireid.result_cache import kept_rows
-from moireid_lab.archive.isolated import LostJob
-from moireid_lab.archive.worker import Done
-from moireid_lab.bench import bench_rows
 from moireid_lab.bench import stability as stability
 from moireid_lab.bench.bench_frame import table_text
 from moireid_lab.bench.identity import identity_suite as identity
-
-
-def test_films_of_a_suite_are_made_by_the_engine(tmp_path, monkeypatch):
-    """Catches: rows out of order, rows thrown away with one that was lost, a lost one that holds as a row, a step that
-    is not reported as it comes.
-    """
-    lost = {"b"}
-
-    def backwards(work, tasks, **_):
-        for place, task in reversed(list(enumerate(tasks))):
-            (job,) = task.jobs
-            yield place, Done((LostJob("gone", 1.0, "crash") if job in lost else work(job),), "here")
-
-    monkeypatch.setattr(bench_rows, "run_tasks", backwards)
-    steps: list[dict] = []
-    kept, jobs = tmp_path / "kept.jsonl", [(name, name) for name in "abc"]
-
-    def made() -> list[dict]:
-        steps.clear()
-        for row in bench_rows.made_rows(lambda name: {"name": name}, jobs, kept=kept, where=bench_rows.Where()):
-            steps.append(row)
-        return steps
-
-    with pytest.raises(MoireIdError, match="gone; run again"):
-        made()
-    assert [key[-2:] for key in kept_rows(kept)] == [" c"]
-    lost.clear()
-    assert [row["name"] for row in made()] == ["a", "b", "c"] and len(steps) == 3
 
 
 def test_every_clip_of_a_bench_has_chance_of_its_own():

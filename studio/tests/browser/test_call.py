@@ -5,7 +5,6 @@ Each test names what it would catch.
 
 from __future__ import annotations
 
-import os
 import threading
 import time
 from collections.abc import Iterator
@@ -107,7 +106,9 @@ def filmed(badge: Badge, path: Path, *, moves: tuple[str, ...] = MOVES, frozen: 
     """A person who moves a badge as `moves` say, at `MOVES_S`; frozen: with fringes that do not move."""
     course = answer([Prompt(*one) for one in zip(moves, MOVES_S, strict=True)], FACE_MM, reaction_s=0.0)
     with av.open(str(path), "w") as made:
-        stream = made.add_stream("libx264", rate=round(FPS), options={"crf": "18", "preset": "veryfast"})
+        stream = made.add_stream(
+            "libx264", rate=round(FPS), options={"crf": "18", "preset": "veryfast", "threads": "2"}
+        )
         stream.width, stream.height, stream.pix_fmt = *SIZE, "yuv420p"
         shot = frames(badge, portrait(), course, length_s=STOPS_S[-1] + 1, fps=FPS, frozen=frozen)
         for number, picture in enumerate(shot):
@@ -137,14 +138,6 @@ class Quiet(SimpleHTTPRequestHandler):
 
     def log_message(self, *_: object) -> None:
         return
-
-
-@pytest.fixture
-def pictures(tmp_path: Path) -> Path:
-    """Where pictures of the page go: where MOIREID_SCREENSHOTS says, or to the test's own folder."""
-    folder = Path(os.environ.get("MOIREID_SCREENSHOTS", tmp_path))
-    folder.mkdir(parents=True, exist_ok=True)
-    return folder
 
 
 @pytest.fixture(scope="module")

@@ -5,7 +5,6 @@ Each test names the wrong implementation it catches.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -50,14 +49,6 @@ def page(browser: Browser, home: str) -> Iterator[Page]:
     yield page
     context.close()
     assert said == []
-
-
-@pytest.fixture
-def pictures(tmp_path: Path) -> Path:
-    """Where pictures of the page go: where MOIREID_SCREENSHOTS says, or to the test's own folder."""
-    folder = Path(os.environ.get("MOIREID_SCREENSHOTS", tmp_path))
-    folder.mkdir(parents=True, exist_ok=True)
-    return folder
 
 
 @pytest.mark.parametrize("path", ["/", "/issue", "/issue/event", "/enroll", "/verify", "/live", "/call"])

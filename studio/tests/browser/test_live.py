@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import socket
 import threading
 import time
@@ -91,14 +90,6 @@ def studio(tmp_path_factory: pytest.TempPathFactory, ada: Badge) -> Iterator[Stu
     server.should_exit = True
     thread.join(10)
     keys.undo()
-
-
-@pytest.fixture
-def pictures(tmp_path: Path) -> Path:
-    """Where pictures of the page go: where MOIREID_SCREENSHOTS says, or to the test's own folder."""
-    folder = Path(os.environ.get("MOIREID_SCREENSHOTS", tmp_path))
-    folder.mkdir(parents=True, exist_ok=True)
-    return folder
 
 
 def look(page: Page, pictures: Path, name: str) -> None:

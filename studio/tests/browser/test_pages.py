@@ -72,13 +72,6 @@ def browser() -> Iterator[Browser]:
         made.close()
 
 
-@pytest.fixture
-def pictures(tmp_path: Path) -> Path:
-    folder = Path(os.environ.get("MOIREID_SCREENSHOTS", tmp_path))
-    folder.mkdir(parents=True, exist_ok=True)
-    return folder
-
-
 class Visitor:
     """A person at a page, who looks at it at both widths."""
 

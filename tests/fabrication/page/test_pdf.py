@@ -136,29 +136,6 @@ def test_every_edge_on_the_page_is_where_the_badge_says(badge: Badge, drawn: Dra
     assert np.abs(np.array(black) - np.array(sorted(expected))).max() < 1e-4
 
 
-@pytest.mark.slow
-def test_rasterised_bands_have_their_pitch_and_their_dark_line_in_the_middle(badge: Badge, pdf: Path) -> None:
-    """Catches: all that the geometry above shares with the writer: units, seams, white painted over lines.
-
-    Fourier phase of each band along x, over whole periods, against the line positions of the badge: 0.05 rad are 4 um.
-    """
-    picture = raster(pdf, 1200.0)
-    # PDFium stretches the page to whole pixels, 9922 in place of 9921.3.
-    px_per_mm = picture.shape[1] / badge.page_mm[0]
-    for cell in badge.gratings[0].cells:
-        x0, y0, x1, y1 = (v * px_per_mm for v in cell.rect_mm)
-        row = 255.0 - picture[int((y0 + y1) / 2), round(x0) : round(x1)]
-        place = (np.arange(row.size) + 0.5 + round(x0)) / px_per_mm
-        window = np.hanning(row.size)
-        frequencies = 1 / cell.pitch_mm + np.linspace(-0.004, 0.004, 801)
-        power = np.abs((row * window) @ np.exp(-2j * np.pi * place[:, None] * frequencies))
-        assert 1 / frequencies[np.argmax(power)] == pytest.approx(cell.pitch_mm, rel=2e-5)
-        middle_of_a_line = cell.edge_mm + cell.duty * cell.pitch_mm / 2
-        turned = (row * window) @ np.exp(-2j * np.pi * (place - middle_of_a_line) / cell.pitch_mm)
-        assert abs(np.angle(turned)) < 0.05
-        assert row.mean() / 255 == pytest.approx(0.5, abs=0.06)
-
-
 # The page round the lines.
 
 

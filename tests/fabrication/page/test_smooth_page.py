@@ -31,6 +31,7 @@ def raster(badge: Badge, folder: Path) -> np.ndarray:
         return np.asarray(Image.open(picture).convert("L")) < 128
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("form", ["dots", "vector"])
 def test_each_edge_is_within_half_a_dot_of_its_place(form, tmp_path):
     """Catches: stairs that are a row late; edges of a row's top instead of its middle; a form that is left straight."""

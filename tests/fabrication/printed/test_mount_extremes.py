@@ -222,25 +222,15 @@ def test_figures_are_set_by_the_names_that_messages_give() -> None:
     ("pair", "words"),
     [
         ("kerf=0.2", "is not known; give NAME=MM with one of .*kerf_mm"),
-        ("printed.kerf_mm=0.2", "is not known"),
         ("wall_mm", "is not understood; give NAME=MM"),
-        ("wall_mm=thin", "is not understood; give NAME=MM"),
-        ("wall_mm=1x2", "is not understood; give a number of mm"),
         ("slot_mm=16", "is not understood; give width and height in mm such as 16x4"),
         ("kerf_mm=1e9", "kerf_mm=1e.09 is no laser's kerf, allowed is 0 to 1 mm"),
-        ("kerf_mm=nan", "kerf_mm=nan"),
         ("wall_mm=nan", "wall_mm=nan must be positive"),
-        ("card_mm=-1", "card_mm=-1.0 must be positive"),
         ("card_mm=40", "card_mm=40.0 is more than any mount has use for; give at most 2 mm"),
         ("clearance_mm=0.001", "clearance_mm=0.001 is less than a workshop keeps; give 0.05 mm or more"),
-        ("printed.clearance_mm=9", "clearance_mm=9.0 .* at most 1 mm"),
-        ("rim_mm=1e6", "rim_mm=1000000.0 .* at most 50 mm"),
-        ("slot_mm=16x900", "slot_mm=.* at most 60 mm"),
         ("slot_mm=16x20", "slot_mm=16x20 is no slot for a strap; give more width than height"),
         ("wall_mm=0.9", "wall_mm=0.9 is thinner than a printed wall; give 1 mm or more"),
-        ("base_mm=25", "base_mm=25 is no base plate"),
         ("printed.lip_reach_mm=0.6", "lip_reach_mm=0.6 holds no sheet that lies 0.3 mm to the side; give 0.7 mm"),
-        ("stand_deg=60", "stand_deg=60.0 is more than"),
         ("acrylic.clearance_mm=0.5", "give a clearance_mm of 0.149 or less"),
         ("printed.lip_mm=4.5", "take a smaller lip_reach_mm or lip_mm .--mount-figure."),
     ],
@@ -277,15 +267,3 @@ def test_least_figures_make_sound_solids(figure: str, tmp_path: Path) -> None:
     badge = design_badge(Order("Fine", lens="50lpi", size_mm=(60.0, 66.0), range_m=(0.5, 0.7)), bytes(8))
     report = write_mount(badge, tmp_path, process=mount_figures(dict([mount_figure(figure)])).printed)
     assert trimesh.load_mesh(report.stl).is_watertight
-
-
-@pytest.mark.slow
-def test_slot_narrows_with_the_board(tmp_path: Path) -> None:
-    """Catches: a lanyard's tab wider than the board, or a board of 30 mm refused for a strap of 16 mm."""
-    badge = design_badge(Order("Tiny", lens="50lpi", size_mm=(30.0, 40.0), range_m=(0.3, 0.5)), bytes(8))
-    mesh = trimesh.load_mesh(write_mount(badge, tmp_path).stl)
-    tray = manifold3d.Manifold(manifold3d.Mesh(mesh.vertices.astype(np.float32), mesh.faces.astype(np.uint32)))
-    # 30 mm less ten walls next to the slot, and two rims and clearances more.
-    slot = box((-9.0, 25.9, 9.0, 26.1), -1.0, -0.9)
-    assert 18.0 - (tray ^ slot).volume() / (0.2 * 0.1) == pytest.approx(30 - 20 + 4.6, abs=0.02)
-    assert mesh.bounds[1][0] == pytest.approx(15 + 2.3, abs=0.01)

@@ -71,15 +71,6 @@ def test_a_registry_that_only_grew_holds(grown, copies):
     assert codes(grown, copies) == []
 
 
-def test_rolled_back_by_one_entry_is_named(grown, copies, stranger):
-    """Catches: an earlier state that was sound by itself."""
-    shutil.copy(copies / "early.sqlite3", grown)
-    assert codes(grown) == [] and codes(grown, copies / "early") == []
-    assert codes(grown, copies / "late") == ["rolled_back"]
-    text = run("registry", "audit", "--since", copies / "late", "--registry", url_of(grown), code=1).stdout
-    assert "rolled back" in text and "ends at entry 3" in text and "names 4 entries" in text
-
-
 @pytest.mark.claim("A fork is found with a kept checkpoint")
 def test_forked_is_named(grown, copies, stranger):
     """Catches: a log as long as before, signed by the same key, in which something else was written."""
@@ -140,12 +131,3 @@ def test_a_checkpoint_proves_that_it_adds_to_an_earlier_one(grown, copies, tmp_p
     shutil.copy(copies / "early.sqlite3", grown)
     refused = run("registry", "checkpoint", "--out", tmp_path / "other", *late, code=2)
     assert "nothing is signed" in refused.stderr and not (tmp_path / "other").exists()
-
-
-def test_a_rolled_back_registry_signs_nothing(grown, copies, tmp_path):
-    """Catches: a checkpoint of a state that contradicts one that this machine has seen."""
-    shutil.copy(copies / "early.sqlite3", grown)
-    to = ("--registry", url_of(grown))
-    for command in (("checkpoint",), ("publish",)):
-        assert "rolled back" in run("registry", *command, "--out", tmp_path / "x", *to, code=2).stderr
-    assert not (tmp_path / "x").exists()

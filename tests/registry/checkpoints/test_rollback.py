@@ -124,16 +124,6 @@ def test_a_log_that_keeps_only_the_seen_entry_is_refused(path: Path) -> None:
         registry.count()
 
 
-def test_writing_to_an_earlier_state_leaves_it_as_it_is(put_back: Path) -> None:
-    """Catches: a fork that is made by the registry's own user, and then remembered in the place of the true log."""
-    before = put_back.read_bytes()
-    with open_registry(url_of(put_back), create=False) as registry:
-        for write in (lambda: registry.enroll(badge_of("Bo")), lambda: registry.revoke("Ada", "lost")):
-            with pytest.raises(RegistryError, match="rolled back"):
-                write()
-    assert put_back.read_bytes() == before
-
-
 def test_an_import_of_an_older_state_says_so(put_back: Path, tmp_path: Path) -> None:
     """Catches: a backup read in without a word, of which every reader then says that it was rolled back."""
     run("registry", "forget", open_registry(url_of(put_back), create=False).fingerprint)

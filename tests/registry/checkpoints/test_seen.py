@@ -16,28 +16,6 @@ from moireid.registry.log import Head
 from moireid.registry.seen import forget, recall, remember
 
 
-def test_a_step_back_is_refused_and_a_step_on_is_not(path):
-    """Catches: a registry put back from before a revocation, which verify accepted; one that may not grow."""
-    with open_registry(url_of(path), create=True) as registry:
-        registry.enroll(badge_of("Ada"))
-        assert code_of(registry) is None
-        shutil.copy(path, path.with_suffix(".old"))
-        registry.revoke("Ada", "lost")
-    # No one looked since; the command that revoked has remembered it.
-    shutil.copy(path, path.with_suffix(".new"))
-    shutil.copy(path.with_suffix(".old"), path)
-    with open_registry(url_of(path), create=False) as registry:
-        assert code_of(registry) == code_of(registry, registry.fingerprint) == "rolled_back"
-        # The audit still opens it.
-        assert [one.code for one in registry.audit().findings] == ["rolled_back"]
-        with pytest.raises(RegistryError, match="rolled back"):
-            registry.check_head()
-    shutil.copy(path.with_suffix(".new"), path)
-    with open_registry(url_of(path), create=False) as registry:
-        registry.enroll(badge_of("Bo"))
-        assert code_of(registry) is None
-
-
 def test_a_fork_is_refused(path, tmp_path, monkeypatch):
     """Catches: a log that is longer than before, and another one."""
     with open_registry(url_of(path), create=True) as registry:

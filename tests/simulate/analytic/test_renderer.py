@@ -17,89 +17,19 @@ from kit.seen_gratings import (
     instant,
     law_phase,
     left_over,
-    line_phase,
     middle,
     render,
     steepness,
-    transposed,
     view,
 )
-from moireid import optics
-from moireid.badge import Badge, load_badge
+from moireid.badge import Badge
 from moireid.lenticule import RAYS, view_law, view_response
 from moireid.sheets import effective_gap_mm
 from moireid.simulate.analytic.traced_sheet import land, sheet_as_built
 from moireid.simulate.build import Build
-from moireid.simulate.scene import Camera, Scene
+from moireid.simulate.scene import Scene
 
 # Against the closed form.
-
-
-@pytest.mark.parametrize(("distance_mm", "limit_rad"), [(1001.0, 0.005), (2001.0, 0.02)])
-@pytest.mark.parametrize("u", [0.0, 0.3, -0.3])
-def test_fringe_phase_follows_the_view_law(prototype, distance_mm, limit_rad, u):
-    """Catches: the sign of u; lenses on the page's plane; a shift of g/n; edges taken for middles; a dropped g/D.
-
-    The limits are the picture's, not the law's: at 2 m a pixel covers 2.7 lenses, whose pitch aliases against it.
-    """
-    camera = (u * (distance_mm - 1), 40.0, -distance_mm)
-    seen = view(prototype, camera)
-    assert abs(left_over(seen, law_phase(prototype, seen, camera))) < limit_rad
-
-
-def test_a_line_mask_in_air_follows_the_straight_ray(films):
-    """Catches: a mask that is refracted; openings and bars exchanged (half a fringe); the lens's law used for it."""
-    mask = load_badge(films / "badge_mask.json")
-    assert mask.lens.refractive_index == 1.0
-    for u in (0.0, 0.4, -0.25):
-        camera = (u * 1400.0, 30.0, -1401.0)
-        seen = view(mask, camera)
-        tangent = (seen.x_mm - camera[0]) / 1400.0
-        cell = mask.gratings[0].cells[0]
-        beat = 2 * math.pi * seen.x_mm * (1 / cell.pitch_mm - 1 / mask.lens.pitch_mm)
-        straight = beat + 2 * math.pi * mask.lens.thickness_mm * tangent / cell.pitch_mm + line_phase(mask)
-        # At 1.4 m a pixel covers 1.9 openings; the beat of pixels against openings leaves some hundredths.
-        assert abs(left_over(seen, np.broadcast_to(straight, seen.brightness.shape))) < 0.03
-
-
-def test_a_mask_under_glass_follows_the_slab_law(films):
-    """Catches: a slab without Snell; tan / n in place of the exact law (0.35 rad apart at this angle)."""
-    mask = load_badge(films / "badge_mask.json")
-    mask = replace(mask, lens=replace(mask.lens, refractive_index=1.5, thickness_mm=2.0))
-    camera = (0.6 * 1000.0, 200.0, -1002.0)
-    seen = view(mask, camera)
-    tan_x, tan_y = (seen.x_mm[None, :] - camera[0]) / 1000.0, (seen.y_mm[:, None] - camera[1]) / 1000.0
-    cell = mask.gratings[0].cells[0]
-    shift = optics.slab_shift_mm(2.0, 1.5, tan_x, tan_y)
-    beat = 2 * math.pi * seen.x_mm * (1 / cell.pitch_mm - 1 / mask.lens.pitch_mm)
-    phase = beat[None, :] + 2 * math.pi * shift / cell.pitch_mm + line_phase(mask)
-    assert abs(left_over(seen, phase)) < 0.03
-
-
-def test_a_sheet_laid_over_by_a_tenth_turns_the_phase(prototype):
-    """Catches: the offset's sign; an offset of the page; 2 pi d / p_r in place of 2 pi d / p_f (0.03 rad)."""
-    camera = (100.0, 0.0, -1001.0)
-    seen = view(prototype, camera, Build(lens_offset_mm=0.1))
-    turned = left_over(seen, law_phase(prototype, seen, camera))
-    assert turned == pytest.approx(2 * math.pi * 0.1 / prototype.lens.pitch_mm, abs=0.006)
-
-
-def test_print_scale_changes_the_beat(prototype):
-    """Catches: scale applied to the lens; 1/s for s; a scale that forgets the lines.  0.3 % is 12.7 % of this beat."""
-    camera, scale = (0.0, 0.0, -1001.0), 1.003
-    seen = view(prototype, camera, Build(print_scale=scale))
-    pitch = prototype.gratings[0].cells[0].pitch_mm
-    more = 2 * math.pi * (1 / (scale * pitch) - 1 / pitch)
-    assert steepness(seen, law_phase(prototype, seen, camera), axis=1) == pytest.approx(more, rel=0.02)
-
-
-@pytest.mark.parametrize("degrees", [0.25, -0.1])
-def test_a_twisted_sheet_tilts_the_fringes(prototype, degrees):
-    """Catches: the sense of the twist; degrees; a twist of the page.  2 pi a / p_f per mm, falling along y."""
-    camera, twist = (0.0, 0.0, -1001.0), math.radians(degrees)
-    seen = view(prototype, camera, Build(twist_rad=twist))
-    tilt = steepness(seen, law_phase(prototype, seen, camera), axis=0)
-    assert tilt == pytest.approx(-2 * math.pi * twist / prototype.lens.pitch_mm, rel=0.02)
 
 
 def test_a_thin_sheet_moves_fringes_by_its_own_law(prototype):
@@ -158,28 +88,6 @@ def test_a_forged_place_moves_the_fringes_and_nothing_else(prototype):
 
 
 # Symmetry.
-
-
-def square_frame(badge: Badge, camera_mm, build: Build | None = None) -> np.ndarray:
-    """Pixels of the grating near the middle of a square picture, where board and transposed board both have it."""
-    camera = Camera(width=400, height=400, focal_px=1450.0)
-    # The grid of rays is sheared and so not symmetric itself; this many make it as good as.
-    shot = render(badge, instant(camera_mm), build, rays=(16, 16), camera=camera)
-    picture = np.zeros((400, 400))
-    picture[shot.top : shot.top + shot.radiance.shape[0], shot.left : shot.left + shot.radiance.shape[1]] = (
-        shot.radiance
-    )
-    return picture[172:210, 172:210]
-
-
-@pytest.mark.parametrize("build", [Build(), Build(lens_offset_mm=0.13, print_scale=1.002, lens_scale=0.999)])
-def test_an_axis_of_y_is_that_of_x_transposed(prototype, build):
-    """Catches: a y grating read along x; its offset left out; the camera's other coordinate used for its view."""
-    upright = square_frame(prototype, (30.0, -20.0, -1001.0), build)
-    lying = square_frame(transposed(prototype), (-20.0, 30.0, -1001.0), build)
-    assert upright.std() > 0.1
-    # Measured 0.006 to 0.02; a picture of other fringes is 0.4 away.
-    assert np.sqrt(np.mean((upright - lying.T) ** 2)) < 0.04
 
 
 # The page and the board's outline.

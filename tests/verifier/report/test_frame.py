@@ -31,7 +31,7 @@ def counted(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A film of 60 frames whose grey is their number times four; its upper left quarter is white."""
     path = tmp_path_factory.mktemp("counted") / "film.mp4"
     with av.open(str(path), "w") as made:
-        stream = made.add_stream("libx264", rate=30, options={"crf": "4", "bf": "0"})
+        stream = made.add_stream("libx264", rate=30, options={"crf": "4", "bf": "0", "threads": "2"})
         stream.width, stream.height, stream.pix_fmt = *SIZE, "yuv420p"
         for number in range(60):
             grey = np.full((SIZE[1], SIZE[0], 3), 4 * number, np.uint8)

@@ -45,7 +45,7 @@ def joined(films: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
         with av.open(str(folder / name), "w", format="mpegts") as container:
             stream = container.add_stream("libx264", rate=FPS)
             stream.height, stream.width = part[0].shape
-            stream.options = {"crf": "12", "preset": "ultrafast"}
+            stream.options = {"crf": "12", "preset": "ultrafast", "threads": "2"}
             for number, picture in enumerate(part):
                 frame = av.VideoFrame.from_ndarray(picture, format="gray").reformat(format="yuv420p")
                 frame.pts, frame.time_base = number, Fraction(1, FPS)

@@ -1,4 +1,4 @@
-"""The stability suite: stiff and extreme badges, builds, pictures and motions, and scenes that renderers find hard.
+"""The stability suite: stiff and extreme badges, builds, pictures and motions.
 
 Each must be read correctly, or be inconclusive with the reason; never wrongly.  One clip a case, made to be at the edge
 of what a badge, its building, its picture or its motion can be, and beyond it.
@@ -30,7 +30,6 @@ from moireid.simulate.scene import Build, Camera, Scene
 from moireid.simulate.shots import Edit
 from moireid.verifier import Question, Report, verify
 from moireid_lab.bench.bench_frame import Bench, Row, Wish, temporary_film
-from moireid_lab.bench.simulate.stiff_scenes import run_scenes
 
 Array = NDArray[np.float64]
 Luma = NDArray[np.uint8]
@@ -182,11 +181,9 @@ def cases() -> dict[str, StabilityCase]:
 
 
 def rows(wish: Wish) -> Iterator[Row]:
-    """All cases, or those that are asked for; then scenes that renderers find hard."""
+    """All cases, or those that are asked for."""
     frames = QUICK_FRAMES if wish.quick else FRAMES
-    yield from wish.each(read_case, {name: (name, wish.seed, frames) for name in cases()})
-    if wish.only is None:
-        yield from run_scenes()
+    return wish.each(read_case, {name: (name, wish.seed, frames) for name in cases()})
 
 
 def read_case(job: tuple[str, int, int]) -> Row:
@@ -262,7 +259,7 @@ def _part_of(badge: Badge, shares: tuple[float, float, float, float] | None) -> 
     return (x0 + left * (x1 - x0), y0 + top * (y1 - y0), x0 + right * (x1 - x0), y0 + bottom * (y1 - y0))
 
 
-COLUMNS = {"case": "name <38", "expected": "<22", "renderer on": "scene <38", "outcome": "<12", "verdict": "<13"}
+COLUMNS = {"case": "name <38", "expected": "<22", "outcome": "<12", "verdict": "<13"}
 COLUMNS |= {"fixed": "symbols_corrected >6", "tracked": ">8", "frames": ">7"}
 COLUMNS |= {"phase, rad": "phase_rad >10.4f", "bar": "bar_rad >7.4f", "image": ">7.4f", "its bar": "bar_image >7.4f"}
 BENCH = Bench(rows, COLUMNS | {"why": "<1"}, plot=("outcome",))

@@ -85,7 +85,7 @@ def evaluate_command(
 ) -> None:
     """Score a collection of labelled films.
 
-    It gives verdicts, error rates as ISO/IEC 30107-3 names them, score distributions, ROC and DET curves, and what the
+    It gives verdicts, error rates as ISO/IEC 30107-3 names them, score distributions, ROC curves, and what the
     score is worth as a likelihood ratio, for our method and for the published one.
 
     MANIFEST is a CSV file with a line for each film. Paths in it are relative to it. Its columns:

@@ -8,6 +8,6 @@ statistics.py     ROC, AUC, EER, thresholds, Cllr and intervals: plain functions
 summary.py        from rows to the figures of evaluate.json
 text_table.py     rows as a table of text, also for benches
 table.py          the figures as text
-plots.py          scores by group, ROC, DET, Tippett
+plots.py          scores by group, ROC, Tippett
 generator_kit.py  frames, prompts and lists for a user who makes forged films with a video generator
 """

@@ -1,4 +1,4 @@
-"""Plots of a collection: scores by group, ROC, DET and Tippett's."""
+"""Plots of a collection: scores by group, ROC and Tippett's."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.stats import norm
 
 from moireid.files import whole_file
 from moireid.verifier.decision.figures import calibrated_log10
@@ -101,25 +100,6 @@ def _roc(document: Document) -> Any:
     return _curves(document, lines, "forged films accepted", "genuine films accepted", aspect="equal")
 
 
-def _det(document: Document) -> Any:
-    """False rejects against false accepts, on axes that make normally distributed scores a straight line.
-
-    Rates of 0 and 1 are at infinity there, so they are drawn half a film away.
-    """
-    lines = []
-    for name, one in _rocs(document, "all_films"):
-        # The last step accepts films without a score, which no threshold does.
-        steps = slice(None, -1 if one["roc"]["threshold"][-1] is None else None)
-        x = _deviate(np.array(one["roc"]["false_accept"][steps]), one["forged"])
-        y = _deviate(1 - np.array(one["roc"]["true_accept"][steps]), one["genuine"])
-        lines.append((x, y, f"{name}: EER {100 * one['eer']:.1f} %", COLOURS[name]))
-    percent = (0.1, 1, 5, 20, 50, 80, 95, 99, 99.9)
-    ticks = norm.ppf(np.array(percent) / 100)
-    how = {"xticks": ticks, "yticks": ticks, "xticklabels": percent, "yticklabels": percent, "aspect": "equal"}
-    ends = {"xlim": ticks[[0, -1]], "ylim": ticks[[0, -1]]}
-    return _curves(document, lines, "forged films accepted, %", "genuine films not accepted, %", **how, **ends)
-
-
 def _tippett(document: Document) -> Any:
     """Shares of genuine and of forged films whose calibrated odds are that great or greater."""
     lines = []
@@ -143,10 +123,5 @@ def _steps(found: Document, key: str, least: float, most: float) -> tuple[Any, A
     return np.concatenate([[least], np.repeat(at, 2), [most]]), np.repeat(values, 2)
 
 
-def _deviate(rates: Any, films: int) -> Any:
-    """Normal deviates of rates among `films` films."""
-    return norm.ppf(np.clip(rates, 0.5 / films, 1 - 0.5 / films))
-
-
 #: Of each file, by its name without the suffix.
-PLOTS = {"scores": _scores, "roc": _roc, "det": _det, "tippett": _tippett}
+PLOTS = {"scores": _scores, "roc": _roc, "tippett": _tippett}

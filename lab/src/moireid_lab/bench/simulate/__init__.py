@@ -2,6 +2,5 @@
 
 reference.py       an independent tracer
 scenes.py          eleven scenes
-stiff_scenes.py    scenes that renderers find hard
 simulate_suite.py  the simulate suite, with its table
 """
