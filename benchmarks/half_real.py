@@ -7,22 +7,24 @@ the light that the board's white squares show, with the camera's noise.  What is
 glare, stays in front of the badge.  So lens, hands, room and motion are real.  The clips are short and are played to
 and fro.
 
-Printed is, for each camera, true and forged, the verdict, the gain with its error bar, how many frames were tracked,
-whether the identity was read, and the camera as estimated next to the true one.  With `--keep DIR` the films are kept.
+Printed is, for each camera, badge and forgery, the verdict, the gain with its error bar, how many frames were tracked,
+whether the identity was read, and the camera as estimated next to the true one.  With `--keep DIR` the films are kept,
+each with its badge next to it, as `golden.py` reads them.
 """
 
 from __future__ import annotations
 
 import math
+import shutil
 import tomllib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
+from itertools import product
 from pathlib import Path
 
 import cv2
 import numpy as np
-from natural_films import prepared
 from numpy.typing import NDArray
 from outside.build import built
 from outside.camera import Camera
@@ -30,7 +32,8 @@ from outside.film import Shoot, Tracer
 from outside.motion import Course
 from outside.page import PAPER, load_page
 
-from moireid.badge import Badge, load_badge
+import moireid
+from moireid.badge import Badge
 from moireid.verifier import Question, verify
 from moireid.verifier.camera.known_camera import KnownCamera, load_camera
 from moireid_lab.bench.bench_frame import Bench, Row, Wish
@@ -41,7 +44,10 @@ Array = NDArray[np.float64]
 FPS, LEAST_CORNERS = 6, 8
 #: Shorter clips are played to and fro again.
 LEAST_FRAMES = 80
-FORGERIES = (None, "gain_0.5", "frozen")
+#: The default badge, mm, and the largest of its shape on a page of A4.
+SIZES_MM = (146, 186)
+PATTERNS = ("silk", "cells")
+FORGERIES = ("gain_0.5", "frozen")
 #: Of the optics, standard deviation, px; of the sensor, grey values; a webcam's curve from light to grey values.
 BLUR_PX, NOISE, GAMMA = 0.6, 1.2, 2.2
 #: A pixel of the board that differs by this share of white less black shows something in front of it.
@@ -276,29 +282,48 @@ def calibrated(camera: Webcam, path: Path) -> KnownCamera:
     return load_camera(path)
 
 
+def printed(folder: Path, pattern: str, width_mm: int) -> Badge:
+    """A board of that width, in the proportions of the default one, printed into the folder."""
+    size_mm = width_mm, round(width_mm * 160 / 146)
+    badge = moireid.design("Guest", payload="0f5ac3962d784be1", pattern=pattern, size_mm=size_mm)
+    if not folder.exists():
+        moireid.print_badge(badge, folder, mount="none")
+    return badge
+
+
 def rows(wish: Wish) -> Iterator[Row]:
     """One row a film."""
-    with wish.kept_folder() as name:
-        kept, data = prepared(name), wish.own.data
-        badge, board = load_badge(kept / "badge" / "badge.json"), load_board(data)
-        for number in wish.own.cameras:
-            camera = webcam(data, number)
-            clip = read_clip(data, number, camera, board)
-            for forge in FORGERIES:
-                path = kept / f"hold_{number}_{forge or 'true'}.mp4"
-                write_film(BoardTracer(kept / "badge", camera, clip, board, forge), path, number)
-                found = {"camera": number, "frames": len(clip)}
-                yield found | {"film": forge or "true"} | judged(path, badge, camera)
-                if forge is None:
-                    known = calibrated(camera, kept / f"camera_{number}.yaml")
-                    yield found | {"film": "known"} | judged(path, badge, camera, known)
+    own = wish.own
+    with wish.kept_folder() as kept:
+        board = load_board(own.data)
+        for pattern, width_mm in product(own.patterns, own.sizes):
+            home = kept / f"{pattern}-{width_mm}"
+            badge = printed(home, pattern, width_mm)
+            for number in own.cameras:
+                camera = webcam(own.data, number)
+                clip = read_clip(own.data, number, camera, board)
+                found = {"camera": number, "badge": home.name, "frames": len(clip)}
+                for forge in (None, *own.forged):
+                    name = f"{'forged-' if forge else ''}real-{number}-{home.name}{f'-{forge}' if forge else ''}"
+                    path = kept / f"{name}.mp4"
+                    if not path.exists():
+                        write_film(BoardTracer(home, camera, clip, board, forge), path, number)
+                        shutil.copy(home / "badge.json", path.with_suffix(".json"))
+                    yield found | {"film": forge or "true"} | judged(path, badge, camera)
+                    if forge is None and own.known:
+                        known = calibrated(camera, kept / f"camera_{number}.yaml")
+                        yield found | {"film": "known"} | judged(path, badge, camera, known)
 
 
 OPTIONS = {
     "--data": {"type": Path, "required": True, "metavar": "DIR"},
     "--cameras": {"type": int, "nargs": "*", "default": [0, 1, 2, 3]},
+    "--patterns": {"nargs": "*", "default": PATTERNS},
+    "--sizes": {"type": int, "nargs": "*", "default": SIZES_MM, "help": "widths of the board, mm"},
+    "--forged": {"nargs": "*", "default": FORGERIES},
+    "--known": {"action": "store_true", "help": "also with the cameras' calibrations given"},
 }
-COLUMNS = {"camera": ">6", "film": "<9", "verdict": "<12", "gain": ">8.3f", "error bar": ">9.3f"}
-COLUMNS |= {"tracked": ">7", "frames": ">6", "read": ">5", "f": ">6.0f", "true f": ">6.0f", "k1": ">6.2f"}
+COLUMNS = {"camera": ">6", "badge": "<9", "film": "<8", "verdict": "<12", "gain": ">7.3f", "error bar": ">9.3f"}
+COLUMNS |= {"tracked": ">7", "frames": ">6", "read": ">5", "f": ">5.0f", "true f": ">6.0f", "k1": ">6.2f"}
 COLUMNS |= {"true k1": ">7.2f", "axis off, px": ">12.0f", "why": "<1"}
 BENCH = Bench(rows, COLUMNS, options=OPTIONS)
