@@ -44,8 +44,8 @@ Array = NDArray[np.float64]
 FPS, LEAST_CORNERS = 6, 8
 #: Shorter clips are played to and fro again.
 LEAST_FRAMES = 80
-#: The default badge, mm, and the largest of its shape on a page of A4.
-SIZES_MM = (146, 186)
+#: The default badge, mm, and the largest that pdfium draws whole at 1200 dpi.
+SIZES_MM = (146, 175)
 PATTERNS = ("silk", "cells")
 FORGERIES = ("gain_0.5", "frozen")
 #: Of the optics, standard deviation, px; of the sensor, grey values; a webcam's curve from light to grey values.
