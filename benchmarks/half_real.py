@@ -25,6 +25,7 @@ from pathlib import Path
 
 import cv2
 import numpy as np
+from half_real_poses import MM_PER_M, error_row, joint_pose
 from numpy.typing import NDArray
 from outside.build import built
 from outside.camera import Camera
@@ -34,7 +35,7 @@ from outside.page import PAPER, load_page
 
 import moireid
 from moireid.badge import Badge
-from moireid.verifier import Question, verify
+from moireid.verifier import Question, Report, verify
 from moireid.verifier.camera.known_camera import KnownCamera, load_camera
 from moireid_lab.bench.bench_frame import Bench, Row, Wish
 from moireid_lab.bench.verdicts import why_not
@@ -42,6 +43,8 @@ from moireid_lab.bench.verdicts import why_not
 Array = NDArray[np.float64]
 #: Frames a second of the clips, and the fewest corners of the board that give its pose.
 FPS, LEAST_CORNERS = 6, 8
+#: Fewest cameras that give a joint pose.
+LEAST_VIEWS = 3
 #: Shorter clips are played to and fro again.
 LEAST_FRAMES = 80
 #: The default badge, mm, and the largest that pdfium draws whole at 1200 dpi.
@@ -78,12 +81,27 @@ class Webcam(Camera):
 
 @dataclass(frozen=True)
 class BoardView:
-    """One frame of a clip.  grey: its luma; turn (3, 3), place (3,): from the badge's frame, mm, to the camera's."""
+    """One frame of a clip.  number: in the clip; grey: its luma; turn (3, 3), place (3,): from the badge's frame, mm,
+    to the camera's; solid (N, 3), corners (N, 2): the board's corners in that frame and in the picture.
+    """
 
+    number: int
     grey: NDArray[np.uint8]
     colour: NDArray[np.uint8]
     turn: Array
     place: Array
+    solid: Array
+    corners: Array
+
+    @property
+    def tangent(self) -> float:
+        """The camera's parallax coordinate."""
+        return parallax(-self.turn.T @ self.place)
+
+
+def parallax(camera_mm: Array) -> float:
+    """Cx/|Cz| of a camera in the badge's frame."""
+    return float(camera_mm[0] / abs(camera_mm[2]))
 
 
 @dataclass(frozen=True)
@@ -151,7 +169,9 @@ def read_clip(folder: Path, number: int, camera: Webcam, board: PrintedBoard) ->
     to_board = np.array([[0.0, 1, 0], [-1, 0, 0], [0, 0, 1]])
     detector = cv2.aruco.CharucoDetector(board.board)
     clip, found = cv2.VideoCapture(str(folder / f"hold_{number}.mp4")), []
+    frame = -1
     while (read := clip.read())[0]:
+        frame += 1
         luma = cv2.cvtColor(read[1], cv2.COLOR_BGR2YUV_I420)
         grey, colour = luma[: camera.size_px[1]], luma[camera.size_px[1] :]
         corners, ids, _, _ = detector.detectBoard(255 - grey if board.inverted else grey)
@@ -161,7 +181,9 @@ def read_clip(folder: Path, number: int, camera: Webcam, board: PrintedBoard) ->
         good, turn, place = cv2.solvePnP(solid, corners.reshape(-1, 1, 2), camera.matrix, camera.distortion)
         if good:
             turned = cv2.Rodrigues(turn)[0]
-            found.append(BoardView(grey, colour, turned @ to_board, turned @ middle + place[:, 0]))
+            pose = turned @ to_board, turned @ middle + place[:, 0]
+            corners_px = corners.reshape(-1, 2).astype(float)
+            found.append(BoardView(frame, grey, colour, *pose, (solid - middle) @ to_board, corners_px))
     both_ways = found + found[-2:0:-1]
     return both_ways * math.ceil(LEAST_FRAMES / len(both_ways))
 
@@ -251,9 +273,8 @@ def write_film(tracer: BoardTracer, path: Path, seed: int) -> None:
         container.mux(stream.encode())
 
 
-def judged(path: Path, badge: Badge, camera: Webcam, known: KnownCamera | None = None) -> Row:
-    """What becomes of one film, with the camera as solved next to the true one; known: its calibration, if given."""
-    report = verify(path, Question(badge, badge.id, camera=known))
+def judged(report: Report, badge: Badge, camera: Webcam) -> Row:
+    """What becomes of one film, with the camera as solved next to the true one."""
     lens = report.measurement.camera if report.measurement else None
     middle = np.array(camera.center_px) - 0.5 - (np.array(camera.size_px) - 1) / 2
     return {
@@ -291,6 +312,50 @@ def printed(folder: Path, pattern: str, width_mm: int) -> Badge:
     return badge
 
 
+def pose_rows(data: Path, board: PrintedBoard, numbers: list[int], badge: Badge) -> Iterator[Row]:
+    """Of each camera, how far its poses are from those by all of them."""
+    cameras = {number: webcam(data, number) for number in numbers}
+    clips = {number: read_clip(data, number, camera, board) for number, camera in cameras.items()}
+    worlds = {number: camera_in_world(data, number) for number in numbers}
+    views = {number: {view.number: view for view in clip} for number, clip in clips.items()}
+    joint: dict[int, dict[int, float]] = {number: {} for number in numbers}
+    for frame in sorted(set().union(*views.values())):
+        shown = [number for number in numbers if frame in views[number]]
+        if len(shown) < LEAST_VIEWS:
+            continue
+        here = {number: views[number][frame] for number in shown}
+        first, world = here[shown[0]], worlds[shown[0]]
+        start = world[:, :3].T @ first.turn, world[:, :3].T @ (first.place - world[:, 3])
+        seen = [
+            (view.solid, view.corners, cameras[number].matrix, cameras[number].distortion, worlds[number])
+            for number, view in here.items()
+        ]
+        turn, place = joint_pose(seen, start)
+        for number in shown:
+            world = worlds[number]
+            joint[number][frame] = parallax(-turn.T @ (place + world[:, :3].T @ world[:, 3]))
+    for number in numbers:
+        frames = list(joint[number])
+        alone, together = (np.array([one[frame] for frame in frames]) for one in (views[number], joint[number]))
+        alone = np.array([view.tangent for view in alone])
+        yield {"camera": number, "poses of": "one view"} | error_row(alone, together, badge, FPS)
+
+
+def solved_row(report: Report, clip: list[BoardView], badge: Badge) -> Row:
+    """How far the poses of a film are from those at which its badge was drawn."""
+    low, top, high, bottom = badge.outline_mm
+    middle = np.array([(low + high) / 2, (top + bottom) / 2, 0.0])
+    found = np.array([parallax(place - middle) for place in report.measurement.camera_mm])
+    true = np.array([clip[frame].tangent for frame in report.track.frame_numbers])
+    return error_row(found, true, badge, FPS)
+
+
+def camera_in_world(folder: Path, number: int) -> Array:
+    """A camera's rotation and translation from the world's frame, (3, 4), mm."""
+    config = tomllib.loads((folder / "camera_array.toml").read_text(encoding="utf-8"))["cameras"][str(number)]
+    return np.column_stack([config["rotation"], MM_PER_M * np.array(config["translation"])])
+
+
 def rows(wish: Wish) -> Iterator[Row]:
     """One row a film."""
     own = wish.own
@@ -309,10 +374,15 @@ def rows(wish: Wish) -> Iterator[Row]:
                     if not path.exists():
                         write_film(BoardTracer(home, camera, clip, board, forge), path, number)
                         shutil.copy(home / "badge.json", path.with_suffix(".json"))
-                    yield found | {"film": forge or "true"} | judged(path, badge, camera)
+                    report = verify(path, Question(badge, badge.id))
+                    yield found | {"film": forge or "true"} | judged(report, badge, camera)
+                    if forge is None and report.measurement is not None:
+                        yield {"camera": number, "poses of": home.name} | solved_row(report, clip, badge)
                     if forge is None and own.known:
                         known = calibrated(camera, kept / f"camera_{number}.yaml")
-                        yield found | {"film": "known"} | judged(path, badge, camera, known)
+                        given = verify(path, Question(badge, badge.id, camera=known))
+                        yield found | {"film": "known"} | judged(given, badge, camera)
+        yield from pose_rows(own.data, board, own.cameras, badge)
 
 
 OPTIONS = {
@@ -326,4 +396,6 @@ OPTIONS = {
 COLUMNS = {"camera": ">6", "badge": "<9", "film": "<8", "verdict": "<12", "gain": ">7.3f", "error bar": ">9.3f"}
 COLUMNS |= {"tracked": ">7", "frames": ">6", "read": ">5", "f": ">5.0f", "true f": ">6.0f", "k1": ">6.2f"}
 COLUMNS |= {"true k1": ">7.2f", "axis off, px": ">12.0f", "why": "<1"}
+COLUMNS |= {"poses of": "<9", "poses": ">5", "rms": ">6.4f", "median": ">6.4f", "< 0.2 Hz": ">8.2f", "to 1 Hz": ">7.2f"}
+COLUMNS |= {"faster": ">6.2f", "of the law, rad": ">15.3f", "its median": ">10.3f"}
 BENCH = Bench(rows, COLUMNS, options=OPTIONS)
