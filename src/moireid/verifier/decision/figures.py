@@ -79,7 +79,7 @@ def figures_of(signal: GratingSignal) -> Figures:
         abs(pearson(measured, predicted)),
         window_correlation_mean(measured, predicted),
         gain,
-        math.hypot(_slope_sd(residual, power), signal.tangent_sd * abs(gain)),
+        math.hypot(_slope_sd(residual, power), signal.tangent_sd * abs(gain), law_error_share(signal) * abs(gain)),
         float(residual.std()),
         float(predicted.std()),
         math.hypot(float(np.median(signal.phase_sd_rad[used])), signal.pose_sd_rad),
@@ -90,6 +90,11 @@ def figures_of(signal: GratingSignal) -> Figures:
         signal.tangent_sd,
         float(np.sum(predicted**2 / (signal.phase_sd_rad[used] ** 2 + signal.pose_sd_rad**2))),
     )
+
+
+def law_error_share(signal: GratingSignal) -> float:
+    """Error of the law, as a share of the motion: from aside a sheet's own thickness, index and focus change it."""
+    return limits.LAW_MOTION_SHARE * float(np.mean(signal.steep))
 
 
 def _places_apart(signal: GratingSignal) -> float:

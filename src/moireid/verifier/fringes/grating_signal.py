@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 IN_TIME = ("measured_rad", "predicted_rad", "phase_rad", "phase_sd_rad", "times_s")
 BEYOND_IN_TIME = ("law_rad", "overtone", "place_px", "expected")
 #: Fields of a signal of which the whole has the greatest, and the mean, of its chapters'.
-GREATEST = ("tangent_sd", "focal_at_limit", "lasting_px", "doubt", "zoom", "mixed_share")
+GREATEST = ("tangent_sd", "shape_sd_rad", "focal_at_limit", "lasting_px", "doubt", "zoom", "mixed_share")
 MEAN = ("rounding_rad", "stray_share", "covered_share", "held_share")
 
 
@@ -76,8 +76,9 @@ class GratingSignal:
     phase_sd_rad: error bar of the measured phase, infinite in unreadable frames; pose_sd_rad: error of the prediction
     from the smoothed pose; strip_residual_rad (S,): deviation of each strip from the common signal, root mean square;
     place_residual_rad (S,): deviation of places along each strip from it (`strip_shape`); tangent_sd: error of the
-    spread of the parallax along the grating's axis from focal length and distortion, as a share; covariates (T, 2): the
-    camera's parallax along the lines, and one over its distance, 1/mm, if known; strip_sd_rad (S,): error bar of
+    spread of the parallax along the grating's axis from focal length and distortion, as a share; shape_sd_rad: what
+    else these move the predicted phase by, which lasts all film long; covariates (T, 2): the camera's parallax along
+    the lines, and one over its distance, 1/mm, if known; strip_sd_rad (S,): error bar of
     each strip's phase, median over its frames; rounding_rad: phase error of a place from rounding to whole counts,
     median over its strips; covered_share: share of strips and frames that something covers; held_share: share of
     frames in which something covers a marker or a part of the frame; stray_share: share of frames whose markers do not
@@ -97,6 +98,7 @@ class GratingSignal:
     times_s: Array
     place_residual_rad: Array = field(default_factory=lambda: np.zeros(0))
     tangent_sd: float = 0.0
+    shape_sd_rad: float = 0.0
     covariates: Array | None = None
     strip_sd_rad: Array = field(default_factory=lambda: np.zeros(0))
     rounding_rad: float = 0.0
@@ -134,6 +136,7 @@ class GratingSignal:
             self,
             predicted_rad=gain * self.predicted_rad,
             pose_sd_rad=gain * self.pose_sd_rad,
+            shape_sd_rad=gain * self.shape_sd_rad,
             beyond=None if self.beyond is None else self.beyond.under(gain),
         )
 
