@@ -36,7 +36,6 @@ from outside.page import PAPER, load_page
 import moireid
 from moireid.badge import Badge
 from moireid.verifier import Question, Report, verify
-from moireid.verifier.camera.known_camera import KnownCamera, load_camera
 from moireid_lab.bench.bench_frame import Bench, Row, Wish
 from moireid_lab.bench.verdicts import why_not
 
@@ -292,17 +291,6 @@ def judged(report: Report, badge: Badge, camera: Webcam) -> Row:
     }
 
 
-def calibrated(camera: Webcam, path: Path) -> KnownCamera:
-    """The camera as `--camera` has it, by way of OpenCV's file."""
-    storage = cv2.FileStorage(str(path), cv2.FILE_STORAGE_WRITE)
-    for name, value in (("image_width", camera.size_px[0]), ("image_height", camera.size_px[1])):
-        storage.write(name, value)
-    storage.write("camera_matrix", camera.matrix)
-    storage.write("distortion_coefficients", camera.distortion.reshape(1, -1))
-    storage.release()
-    return load_camera(path)
-
-
 def printed(folder: Path, pattern: str, width_mm: int) -> Badge:
     """A board of that width, in the proportions of the default one, printed into the folder."""
     size_mm = width_mm, round(width_mm * 160 / 146)
@@ -378,10 +366,6 @@ def rows(wish: Wish) -> Iterator[Row]:
                     yield found | {"film": forge or "true"} | judged(report, badge, camera)
                     if forge is None and report.measurement is not None:
                         yield {"camera": number, "poses of": home.name} | solved_row(report, clip, badge)
-                    if forge is None and own.known:
-                        known = calibrated(camera, kept / f"camera_{number}.yaml")
-                        given = verify(path, Question(badge, badge.id, camera=known))
-                        yield found | {"film": "known"} | judged(given, badge, camera)
         yield from pose_rows(own.data, board, own.cameras, badge)
 
 
@@ -391,7 +375,6 @@ OPTIONS = {
     "--patterns": {"nargs": "*", "default": PATTERNS},
     "--sizes": {"type": int, "nargs": "*", "default": SIZES_MM, "help": "widths of the board, mm"},
     "--forged": {"nargs": "*", "default": FORGERIES},
-    "--known": {"action": "store_true", "help": "also with the cameras' calibrations given"},
 }
 COLUMNS = {"camera": ">6", "badge": "<9", "film": "<8", "verdict": "<12", "gain": ">7.3f", "error bar": ">9.3f"}
 COLUMNS |= {"tracked": ">7", "frames": ">6", "read": ">5", "f": ">5.0f", "true f": ">6.0f", "k1": ">6.2f"}
