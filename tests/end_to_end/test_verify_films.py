@@ -308,8 +308,8 @@ def test_the_claimed_badge_is_accepted(ada, grace, ada_film, tmp_path):
     assert document["identity"]["verdict"] == "match" and document["identity"]["decoded_id"] == ada.id
     assert document["identity"]["score"] > 0.8 and document["identity"]["symbol_errors_corrected"] == 0
     assert document["invariant"]["correlation"] > 0.995
-    # Most of a short film's error bar is the focal length's: gains of other tremors and encoders scatter by 0.06, and by
-    # 0.003 once the camera is known.
+    # Most of a short film's error bar is the focal length's: gains of other tremors and encoders scatter by 0.06, and
+    # by 0.003 once the camera is known.
     assert document["invariant"]["gain_ratio"] == pytest.approx(1.0, abs=3 * document["invariant"]["gain_sd"])
     assert document["invariant"]["gain_sd"] < 0.12
     hold_contract(document)

@@ -36,7 +36,6 @@ SUITES: dict[str, dict[str, str]] = {
     },
     "cost": {
         "simulate": "moireid_lab.bench.simulate.simulate_suite",
-        "verify": "moireid_lab.bench.verify.verify_suite",
         "speed": "verify_speed",
     },
     "identity": {"identity": "moireid_lab.bench.identity.identity_suite"},
