@@ -9,7 +9,9 @@ A row is a film: a hash of its luma, verdict, codes of all findings, gain, ident
 made otherwise is another film: it is named, and not compared.
 
 The corpus (`golden_films.py`): the films of `tests/data`, badges on natural motion, each effect of the simulator,
-outside films of all formats, each forgery on four motions, boards that were built wrong, long lenses.
+outside films of all formats, each forgery on four motions, boards that were built wrong, long lenses.  Of half-real
+films (`moireid lab bench half-real --keep DIR`, cases `real-…` and `forged-real-…`), which show a person, only the
+signals are kept: `golden.py DIR --only real- --keep tests/data/golden --out NEW.csv`.
 `--signals` judges what `--keep` kept of each film (`tests/data/golden`): the signals, from which motion is judged
 again, and the other findings, identity among them, as they were.
 """

@@ -7,22 +7,25 @@ the light that the board's white squares show, with the camera's noise.  What is
 glare, stays in front of the badge.  So lens, hands, room and motion are real.  The clips are short and are played to
 and fro.
 
-Printed is, for each camera, true and forged, the verdict, the gain with its error bar, how many frames were tracked,
-whether the identity was read, and the camera as estimated next to the true one.  With `--keep DIR` the films are kept.
+Printed is, for each camera, badge and forgery, the verdict, the gain with its error bar, how many frames were tracked,
+whether the identity was read, and the camera as estimated next to the true one.  With `--keep DIR` the films are kept,
+each with its badge next to it, as `golden.py` reads them.
 """
 
 from __future__ import annotations
 
 import math
+import shutil
 import tomllib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
+from itertools import product
 from pathlib import Path
 
 import cv2
 import numpy as np
-from natural_films import prepared
+from half_real_poses import MM_PER_M, error_row, joint_pose
 from numpy.typing import NDArray
 from outside.build import built
 from outside.camera import Camera
@@ -30,18 +33,23 @@ from outside.film import Shoot, Tracer
 from outside.motion import Course
 from outside.page import PAPER, load_page
 
-from moireid.badge import Badge, load_badge
-from moireid.verifier import Question, verify
-from moireid.verifier.camera.known_camera import KnownCamera, load_camera
+import moireid
+from moireid.badge import Badge
+from moireid.verifier import Question, Report, verify
 from moireid_lab.bench.bench_frame import Bench, Row, Wish
 from moireid_lab.bench.verdicts import why_not
 
 Array = NDArray[np.float64]
 #: Frames a second of the clips, and the fewest corners of the board that give its pose.
 FPS, LEAST_CORNERS = 6, 8
+#: Fewest cameras that give a joint pose.
+LEAST_VIEWS = 3
 #: Shorter clips are played to and fro again.
 LEAST_FRAMES = 80
-FORGERIES = (None, "gain_0.5", "frozen")
+#: The default badge, mm, and the largest that pdfium draws whole at 1200 dpi.
+SIZES_MM = (146, 175)
+PATTERNS = ("silk", "cells")
+FORGERIES = ("gain_0.5", "frozen")
 #: Of the optics, standard deviation, px; of the sensor, grey values; a webcam's curve from light to grey values.
 BLUR_PX, NOISE, GAMMA = 0.6, 1.2, 2.2
 #: A pixel of the board that differs by this share of white less black shows something in front of it.
@@ -72,12 +80,27 @@ class Webcam(Camera):
 
 @dataclass(frozen=True)
 class BoardView:
-    """One frame of a clip.  grey: its luma; turn (3, 3), place (3,): from the badge's frame, mm, to the camera's."""
+    """One frame of a clip.  number: in the clip; grey: its luma; turn (3, 3), place (3,): from the badge's frame, mm,
+    to the camera's; solid (N, 3), corners (N, 2): the board's corners in that frame and in the picture.
+    """
 
+    number: int
     grey: NDArray[np.uint8]
     colour: NDArray[np.uint8]
     turn: Array
     place: Array
+    solid: Array
+    corners: Array
+
+    @property
+    def tangent(self) -> float:
+        """The camera's parallax coordinate."""
+        return parallax(-self.turn.T @ self.place)
+
+
+def parallax(camera_mm: Array) -> float:
+    """Cx/|Cz| of a camera in the badge's frame."""
+    return float(camera_mm[0] / abs(camera_mm[2]))
 
 
 @dataclass(frozen=True)
@@ -145,7 +168,9 @@ def read_clip(folder: Path, number: int, camera: Webcam, board: PrintedBoard) ->
     to_board = np.array([[0.0, 1, 0], [-1, 0, 0], [0, 0, 1]])
     detector = cv2.aruco.CharucoDetector(board.board)
     clip, found = cv2.VideoCapture(str(folder / f"hold_{number}.mp4")), []
+    frame = -1
     while (read := clip.read())[0]:
+        frame += 1
         luma = cv2.cvtColor(read[1], cv2.COLOR_BGR2YUV_I420)
         grey, colour = luma[: camera.size_px[1]], luma[camera.size_px[1] :]
         corners, ids, _, _ = detector.detectBoard(255 - grey if board.inverted else grey)
@@ -155,7 +180,9 @@ def read_clip(folder: Path, number: int, camera: Webcam, board: PrintedBoard) ->
         good, turn, place = cv2.solvePnP(solid, corners.reshape(-1, 1, 2), camera.matrix, camera.distortion)
         if good:
             turned = cv2.Rodrigues(turn)[0]
-            found.append(BoardView(grey, colour, turned @ to_board, turned @ middle + place[:, 0]))
+            pose = turned @ to_board, turned @ middle + place[:, 0]
+            corners_px = corners.reshape(-1, 2).astype(float)
+            found.append(BoardView(frame, grey, colour, *pose, (solid - middle) @ to_board, corners_px))
     both_ways = found + found[-2:0:-1]
     return both_ways * math.ceil(LEAST_FRAMES / len(both_ways))
 
@@ -245,9 +272,8 @@ def write_film(tracer: BoardTracer, path: Path, seed: int) -> None:
         container.mux(stream.encode())
 
 
-def judged(path: Path, badge: Badge, camera: Webcam, known: KnownCamera | None = None) -> Row:
-    """What becomes of one film, with the camera as solved next to the true one; known: its calibration, if given."""
-    report = verify(path, Question(badge, badge.id, camera=known))
+def judged(report: Report, badge: Badge, camera: Webcam) -> Row:
+    """What becomes of one film, with the camera as solved next to the true one."""
     lens = report.measurement.camera if report.measurement else None
     middle = np.array(camera.center_px) - 0.5 - (np.array(camera.size_px) - 1) / 2
     return {
@@ -265,40 +291,94 @@ def judged(path: Path, badge: Badge, camera: Webcam, known: KnownCamera | None =
     }
 
 
-def calibrated(camera: Webcam, path: Path) -> KnownCamera:
-    """The camera as `--camera` has it, by way of OpenCV's file."""
-    storage = cv2.FileStorage(str(path), cv2.FILE_STORAGE_WRITE)
-    for name, value in (("image_width", camera.size_px[0]), ("image_height", camera.size_px[1])):
-        storage.write(name, value)
-    storage.write("camera_matrix", camera.matrix)
-    storage.write("distortion_coefficients", camera.distortion.reshape(1, -1))
-    storage.release()
-    return load_camera(path)
+def printed(folder: Path, pattern: str, width_mm: int) -> Badge:
+    """A board of that width, in the proportions of the default one, printed into the folder."""
+    size_mm = width_mm, round(width_mm * 160 / 146)
+    badge = moireid.design("Guest", payload="0f5ac3962d784be1", pattern=pattern, size_mm=size_mm)
+    if not folder.exists():
+        moireid.print_badge(badge, folder, mount="none")
+    return badge
+
+
+def pose_rows(data: Path, board: PrintedBoard, numbers: list[int], badge: Badge) -> Iterator[Row]:
+    """Of each camera, how far its poses are from those by all of them."""
+    cameras = {number: webcam(data, number) for number in numbers}
+    clips = {number: read_clip(data, number, camera, board) for number, camera in cameras.items()}
+    worlds = {number: camera_in_world(data, number) for number in numbers}
+    views = {number: {view.number: view for view in clip} for number, clip in clips.items()}
+    joint: dict[int, dict[int, float]] = {number: {} for number in numbers}
+    for frame in sorted(set().union(*views.values())):
+        shown = [number for number in numbers if frame in views[number]]
+        if len(shown) < LEAST_VIEWS:
+            continue
+        here = {number: views[number][frame] for number in shown}
+        first, world = here[shown[0]], worlds[shown[0]]
+        start = world[:, :3].T @ first.turn, world[:, :3].T @ (first.place - world[:, 3])
+        seen = [
+            (view.solid, view.corners, cameras[number].matrix, cameras[number].distortion, worlds[number])
+            for number, view in here.items()
+        ]
+        turn, place = joint_pose(seen, start)
+        for number in shown:
+            world = worlds[number]
+            joint[number][frame] = parallax(-turn.T @ (place + world[:, :3].T @ world[:, 3]))
+    for number in numbers:
+        frames = list(joint[number])
+        alone, together = (np.array([one[frame] for frame in frames]) for one in (views[number], joint[number]))
+        alone = np.array([view.tangent for view in alone])
+        yield {"camera": number, "poses of": "one view"} | error_row(alone, together, badge, FPS)
+
+
+def solved_row(report: Report, clip: list[BoardView], badge: Badge) -> Row:
+    """How far the poses of a film are from those at which its badge was drawn."""
+    low, top, high, bottom = badge.outline_mm
+    middle = np.array([(low + high) / 2, (top + bottom) / 2, 0.0])
+    found = np.array([parallax(place - middle) for place in report.measurement.camera_mm])
+    true = np.array([clip[frame].tangent for frame in report.track.frame_numbers])
+    return error_row(found, true, badge, FPS)
+
+
+def camera_in_world(folder: Path, number: int) -> Array:
+    """A camera's rotation and translation from the world's frame, (3, 4), mm."""
+    config = tomllib.loads((folder / "camera_array.toml").read_text(encoding="utf-8"))["cameras"][str(number)]
+    return np.column_stack([config["rotation"], MM_PER_M * np.array(config["translation"])])
 
 
 def rows(wish: Wish) -> Iterator[Row]:
     """One row a film."""
-    with wish.kept_folder() as name:
-        kept, data = prepared(name), wish.own.data
-        badge, board = load_badge(kept / "badge" / "badge.json"), load_board(data)
-        for number in wish.own.cameras:
-            camera = webcam(data, number)
-            clip = read_clip(data, number, camera, board)
-            for forge in FORGERIES:
-                path = kept / f"hold_{number}_{forge or 'true'}.mp4"
-                write_film(BoardTracer(kept / "badge", camera, clip, board, forge), path, number)
-                found = {"camera": number, "frames": len(clip)}
-                yield found | {"film": forge or "true"} | judged(path, badge, camera)
-                if forge is None:
-                    known = calibrated(camera, kept / f"camera_{number}.yaml")
-                    yield found | {"film": "known"} | judged(path, badge, camera, known)
+    own = wish.own
+    with wish.kept_folder() as kept:
+        board = load_board(own.data)
+        for pattern, width_mm in product(own.patterns, own.sizes):
+            home = kept / f"{pattern}-{width_mm}"
+            badge = printed(home, pattern, width_mm)
+            for number in own.cameras:
+                camera = webcam(own.data, number)
+                clip = read_clip(own.data, number, camera, board)
+                found = {"camera": number, "badge": home.name, "frames": len(clip)}
+                for forge in (None, *own.forged):
+                    name = f"{'forged-' if forge else ''}real-{number}-{home.name}{f'-{forge}' if forge else ''}"
+                    path = kept / f"{name}.mp4"
+                    if not path.exists():
+                        write_film(BoardTracer(home, camera, clip, board, forge), path, number)
+                        shutil.copy(home / "badge.json", path.with_suffix(".json"))
+                    report = verify(path, Question(badge, badge.id))
+                    yield found | {"film": forge or "true"} | judged(report, badge, camera)
+                    if forge is None and report.measurement is not None:
+                        yield {"camera": number, "poses of": home.name} | solved_row(report, clip, badge)
+        yield from pose_rows(own.data, board, own.cameras, badge)
 
 
 OPTIONS = {
     "--data": {"type": Path, "required": True, "metavar": "DIR"},
     "--cameras": {"type": int, "nargs": "*", "default": [0, 1, 2, 3]},
+    "--patterns": {"nargs": "*", "default": PATTERNS},
+    "--sizes": {"type": int, "nargs": "*", "default": SIZES_MM, "help": "widths of the board, mm"},
+    "--forged": {"nargs": "*", "default": FORGERIES},
 }
-COLUMNS = {"camera": ">6", "film": "<9", "verdict": "<12", "gain": ">8.3f", "error bar": ">9.3f"}
-COLUMNS |= {"tracked": ">7", "frames": ">6", "read": ">5", "f": ">6.0f", "true f": ">6.0f", "k1": ">6.2f"}
+COLUMNS = {"camera": ">6", "badge": "<9", "film": "<8", "verdict": "<12", "gain": ">7.3f", "error bar": ">9.3f"}
+COLUMNS |= {"tracked": ">7", "frames": ">6", "read": ">5", "f": ">5.0f", "true f": ">6.0f", "k1": ">6.2f"}
 COLUMNS |= {"true k1": ">7.2f", "axis off, px": ">12.0f", "why": "<1"}
-BENCH = Bench(rows, COLUMNS, options=OPTIONS)
+COLUMNS |= {"poses of": "<9", "poses": ">5", "rms": ">6.4f", "median": ">6.4f", "< 0.2 Hz": ">8.2f", "to 1 Hz": ">7.2f"}
+COLUMNS |= {"faster": ">6.2f", "of the law, rad": ">15.3f", "its median": ">10.3f"}
+BENCH = Bench(rows, COLUMNS, options=OPTIONS, table=lambda rows: sorted(rows, key=lambda row: "poses of" in row))

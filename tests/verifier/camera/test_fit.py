@@ -467,6 +467,17 @@ def test_a_doubted_frame_takes_its_neighbours_pose_and_keeps_its_fringes(frames,
     assert found[frames] == pytest.approx((course if mended else spoilt)[frames], abs=1e-6)
 
 
+def test_a_doubted_frame_that_is_far_from_its_neighbours_is_left_out():
+    """Catches: one bad registration of a film of 6 frames a second, taken for fringes that meanwhile stay still; frames
+    that err together left out, as somebody might wish.
+    """
+    errors = np.full(60, 0.02)
+    errors[[20, 40, 41]] = 0.2
+    course = np.column_stack([np.linspace(-200, 200, 60), np.zeros(60), np.full(60, -1000.0)])
+    assert list(np.flatnonzero(~without_outliers(course, errors, np.arange(60) / 6)[1])) == [20]
+    assert without_outliers(course, errors, np.arange(60) / FPS)[1].all()
+
+
 EVEN = np.arange(80) / FPS
 #: The first fifty frames and then every second one.
 THINNED = np.concatenate([np.arange(50), 49 + 2 * np.arange(1, 31)]) / FPS

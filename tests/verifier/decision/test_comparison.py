@@ -73,6 +73,22 @@ def test_the_limit_of_what_is_possible_grows_with_the_doubt_of_small_markers():
     assert doubtful.possible_rad > 1.8 * sure.possible_rad
 
 
+def test_a_film_may_leave_what_lens_and_sheet_err_by_and_no_share_of_its_motion():
+    """Catches: errors that last taken for a wander; room that grows with the motion, whatever the film shows."""
+    much, more, lens, aside = (
+        compare(true_film(times * LAW, **how), DESIGNED).limit_rad
+        for times, how in (
+            (1, {}),
+            (2, {}),
+            (1, {"shape_sd_rad": 0.03}),
+            (1, {"steep": np.ones(FRAMES, bool)}),
+        )
+    )
+    assert much == pytest.approx(more)
+    assert lens == pytest.approx(math.hypot(much, OWN_MOTION.quantile(USUAL_SDS, 0.03)))
+    assert aside == pytest.approx(math.hypot(much, OWN_MOTION.quantile(USUAL_SDS, 0.02 * float(LAW.std()))), rel=0.01)
+
+
 @pytest.mark.parametrize(
     "sign",
     [{"lasting_px": 1.1 * MAX_LASTING_PX}, {"mixed_share": 1.1 * MAX_MIXED_SHARE}, {"zoom": 1.01}],

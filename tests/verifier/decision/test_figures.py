@@ -9,7 +9,7 @@ import pytest
 
 from kit.fringe_signals import FRAMES, apart_from, fringe_signal, lasting_noise, trajectory
 from moireid.verifier.decision.figures import figures_of, pearson, window_correlation_mean
-from moireid.verifier.limits import MAX_VAGUENESS_RATIO
+from moireid.verifier.limits import LAW_MOTION_SHARE, MAX_VAGUENESS_RATIO
 
 LAW = 1.2 * trajectory()
 
@@ -44,6 +44,13 @@ def test_an_uncertain_focal_length_widens_the_gain_s_error_bar():
     """Catches: an error bar of the fit alone, of a prediction that is itself a guess.  Closed form."""
     found = figures_of(fringe_signal(LAW, 0.5 * LAW, tangent_sd=0.2))
     assert found.gain_sd == pytest.approx(0.1)
+
+
+def test_a_view_from_aside_widens_the_gain_s_error_bar():
+    """Catches: gains of true badges that are four error bars off, as the law of another sheet is.  Closed form."""
+    half = np.arange(FRAMES) % 2 == 0
+    found = figures_of(fringe_signal(LAW, 0.5 * LAW, steep=half))
+    assert found.gain_sd == pytest.approx(0.5 * 0.5 * LAW_MOTION_SHARE)
 
 
 def test_places_of_a_covered_row_do_not_count():

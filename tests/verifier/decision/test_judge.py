@@ -470,7 +470,7 @@ def test_reasons_carry_figure_limit_and_unit():
     assert gain.unit == "ratio" and "-0.500" in gain.text and "gives no less than 0.2" in gain.text
     assert motion.limit == pytest.approx(MIN_EXCITATION_RAD) and motion.unit == "rad"
     error = math.hypot(PHASE_SD, POSE_SD)
-    assert residual.limit == pytest.approx(residual_limit_rad(EXCITATION, error, PROOF_SDS)) and residual.unit == "rad"
+    assert residual.limit == pytest.approx(residual_limit_rad(error, PROOF_SDS)) and residual.unit == "rad"
     assert residual.measured == pytest.approx((0.5 + LEAST_BUILT_GAIN) * EXCITATION, rel=0.2)
     other = reasons["another_gain"]
     assert other.measured < -3 * MAX_RIVAL_LOG10 and other.limit == -MAX_RIVAL_LOG10 and other.unit == "log10"

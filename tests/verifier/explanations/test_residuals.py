@@ -88,6 +88,6 @@ def test_the_limit_of_a_residual_is_a_closed_form():
     """Catches: errors that are added where they combine in squares; a limit without the film's own error."""
     for sds in (USUAL_SDS, PROOF_SDS):
         times = math.exp(OWN_MOTION.mean_log + sds * OWN_MOTION.sd_log)
-        assert residual_limit_rad(0.0, 0.0, sds) == pytest.approx(0.010 * times)
-        assert residual_limit_rad(1.2, 0.05, sds) == pytest.approx(times * math.hypot(0.05, 0.010, 0.012))
-    assert residual_limit_rad(1.2, 0.05) == residual_limit_rad(1.2, 0.05, USUAL_SDS)
+        assert residual_limit_rad(0.0, sds) == pytest.approx(0.010 * times)
+        assert residual_limit_rad(0.05, sds) == pytest.approx(times * math.hypot(0.05, 0.010))
+    assert residual_limit_rad(0.05) == residual_limit_rad(0.05, USUAL_SDS)

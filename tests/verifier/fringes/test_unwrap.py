@@ -8,8 +8,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from kit.places import FILMS
-from moireid.badge import Badge, load_badge
 from moireid.verifier.decision.figures import figures_of
 from moireid.verifier.fringes.grating_signal import GratingSignal
 from moireid.verifier.fringes.signals import _combine
@@ -22,12 +20,7 @@ TIMES = np.arange(FRAMES) / 30
 COURSE = 0.8 * np.sin(2 * np.pi * 0.4 * TIMES)
 
 
-@pytest.fixture(scope="module")
-def badge() -> Badge:
-    return load_badge(FILMS / "badge.json")
-
-
-def combined(badge: Badge, hidden: slice, seed: int, *, noise: float = 0.01, gain: float = 1.0) -> GratingSignal:
+def combined(hidden: slice, seed: int, *, noise: float = 0.01, gain: float = 1.0) -> GratingSignal:
     """Four strips, whose fringes are hidden in some frames: what is seen there is any phase."""
     rng = np.random.default_rng(seed)
     strips = []
@@ -36,31 +29,31 @@ def combined(badge: Badge, hidden: slice, seed: int, *, noise: float = 0.01, gai
         phase[hidden], sd[hidden] = rng.uniform(-np.pi, np.pi, len(phase[hidden])), 5.0
         even = np.ones(FRAMES)
         strips.append(StripPhase(np.angle(np.exp(1j * phase)), sd, even, even, 0.1, 0.001, predicted_rad=COURSE))
-    return _combine(strips, 0.005, badge, badge.gratings[0], TIMES, np.zeros(FRAMES, np.int64), np.zeros(FRAMES))
+    return _combine(strips, 0.005, TIMES, np.zeros(FRAMES, np.int64), np.zeros(FRAMES))
 
 
 @pytest.mark.parametrize("hidden", [slice(100, 103), slice(100, 130), slice(0, 40), slice(200, 240)])
-def test_fringes_that_a_hand_hides_for_a_moment_lose_no_turn(badge, hidden):
+def test_fringes_that_a_hand_hides_for_a_moment_lose_no_turn(hidden):
     """Catches: noise of hidden fringes that is followed, by which the rest of a true film stood a turn off in a third
     of all cases, and was rejected.
     """
     for seed in range(8):
-        signal = combined(badge, hidden, seed)
+        signal = combined(hidden, seed)
         clear = np.isfinite(signal.phase_sd_rad)
         assert clear.sum() == FRAMES - len(TIMES[hidden])
         assert np.ptp((signal.measured_rad - signal.predicted_rad)[clear]) < 0.1
 
 
-def test_hiding_fringes_for_a_moment_does_not_put_forged_ones_right(badge):
+def test_hiding_fringes_for_a_moment_does_not_put_forged_ones_right():
     """Catches: every stretch between hidden frames laid upon the prediction, by which a forger would be helped."""
-    told = figures_of(combined(badge, slice(100, 103), 1, gain=0.4))
+    told = figures_of(combined(slice(100, 103), 1, gain=0.4))
     assert told.gain_ratio == pytest.approx(0.4, abs=0.01)
 
 
-def test_a_strip_s_error_bar_is_that_of_its_clear_frames(badge):
+def test_a_strip_s_error_bar_is_that_of_its_clear_frames():
     """Catches: hidden frames in the median; one over the sum of information, which is the grating's."""
     for noise in (0.01, 0.1):
-        signal = combined(badge, slice(0, 150), 2, noise=noise)
+        signal = combined(slice(0, 150), 2, noise=noise)
         assert signal.strip_sd_rad == pytest.approx(np.full(4, noise))
 
 

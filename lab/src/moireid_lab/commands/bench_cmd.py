@@ -67,8 +67,7 @@ def bench_command(
                stability, outside, builds, lenses, half-real, small-pages
     attacks    forgers, replayed, morphed, turned, laid-over, live,
                live-enrolment
-    cost       error against run time, and processor time: simulate, verify,
-               speed
+    cost       error against run time, and processor time: simulate, speed
     identity   identities read, originals against copies, false matches
     pages      what is printed, read back: fabricate, mounts, ink-growth
     registry   claims and look-ups among many people

@@ -41,7 +41,8 @@ class CameraFit:
 
     reprojection_px: root mean square over corners, (T,); focal_sd_px: standard deviation, 0 where the focal length
     was given; shutter_s: time from first to last row; tangent_sd: error of the spread of the parallax coordinates along
-    x and y from focal length and distortion, as a share; tangent_error: standard deviation of one frame's parallax
+    x and y from focal length and distortion, as a share; tangent_shape: what else these move the coordinates by, root
+    mean square, which is no scale and lasts all film long; tangent_error: standard deviation of one frame's parallax
     coordinates along x and y, from the reprojection error; bend_k1, bend_sd: radial distortion;
     focal_at_limit: whether the search for the focal length ended at its border, so that it is no solution;
     axis_px: where the optical axis meets the picture, from its middle; aspect: width of a pixel over its height; axis
@@ -70,6 +71,7 @@ class CameraFit:
     cuts: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, bool))
     slow_to_fast: float = 0.0
     twist_per_m: float = 0.0
+    tangent_shape: tuple[float, float] = (0.0, 0.0)
     focal_span_px: tuple[float, float] = (0.0, 0.0)
     shown: dict[str, float] = field(default_factory=dict)
 
@@ -106,7 +108,7 @@ def fit_camera(
     """
     film, final, lasting_px, log_zoom = _solved(points_px, page_mm, times_s, image_px, camera)
     camera_mm, errors = _choose(final)
-    tangent_sd = _tangent_sd(film)
+    tangent_sd, tangent_shape = _slow_errors(film)
     camera_mm[:, :2] += page_mm.mean(axis=0)
     return CameraFit(
         camera_mm,
@@ -128,6 +130,7 @@ def fit_camera(
         film.cuts,
         slow_to_fast(film.residuals_px(final), times_s, np.cumsum(film.cuts)),
         film.twist,
+        tangent_shape,
         film.focal_span_px,
         film.shown,
     )
@@ -169,8 +172,8 @@ def _solved(
     return (best, again, left, log_zoom) if kept else (film, poses, lasting, none)
 
 
-def _tangent_sd(film: FilmWide) -> tuple[float, float]:
-    """As in `CameraFit`.
+def _slow_errors(film: FilmWide) -> tuple[tuple[float, float], tuple[float, float]]:
+    """`tangent_sd` and `tangent_shape`, as in `CameraFit`.
 
     Source: propagation of the covariance along its principal axes.  One unknown at a time will not do: the aspects of
         picture and print mostly cancel each other, and each by itself bends the poses.
@@ -181,8 +184,9 @@ def _tangent_sd(film: FilmWide) -> tuple[float, float]:
     steps = PROBE_SDS * known * (axes * np.sqrt(np.maximum(sizes, 0.0))).T
     here, _ = _choose(film.moved(np.zeros(len(sd))))
     moved = [_stretch(here, _choose(film.moved(step))[0]) for step in steps if np.any(step)]
-    along_x, along_y = np.linalg.norm(moved, axis=0) / PROBE_SDS if moved else (0.0, 0.0)
-    return math.hypot(along_x, LENS_MODEL_SD_SHARE), math.hypot(along_y, LENS_MODEL_SD_SHARE)
+    (along_x, shape_x), (along_y, shape_y) = np.linalg.norm(moved, axis=0) / PROBE_SDS if moved else np.zeros((2, 2))
+    scale = math.hypot(along_x, LENS_MODEL_SD_SHARE), math.hypot(along_y, LENS_MODEL_SD_SHARE)
+    return scale, (float(shape_x), float(shape_y))
 
 
 def _at_limit(ratio: float) -> bool:
@@ -207,11 +211,14 @@ def _choose(poses: PlanePoses) -> tuple[Array, Array]:
     return centres[frames, better], poses.error_px[frames, better]
 
 
-def _stretch(camera: Array, other: Array) -> tuple[float, float]:
-    """Relative change of the spread of tangents from this path to the other, along x and y; signed."""
-    shares = []
+def _stretch(camera: Array, other: Array) -> Array:
+    """Relative change of the spread of tangents from this path to the other, signed, and the root mean square of what
+    else changes; (2, 2), along x and y.
+    """
+    found = np.zeros((2, 2))
     for axis in (0, 1):
         here, there = (c[:, axis] / c[:, 2] - np.mean(c[:, axis] / c[:, 2]) for c in (camera, other))
         power = float(here @ here)
-        shares.append(float(here @ (there - here)) / power if power > 0 else 0.0)
-    return shares[0], shares[1]
+        share = float(here @ (there - here)) / power if power > 0 else 0.0
+        found[axis] = share, np.std(there - (1 + share) * here)
+    return found

@@ -65,13 +65,18 @@ def without_outliers(
 
     A page that is registered one module off, for example in a shaken frame, has a far larger reprojection error than
     others; smoothing would spread its error to its neighbours.  A frame that is only doubted keeps its fringes, as who
-    shifts the markers of some frames must not have their fringes left out.
+    shifts the markers of some frames must not have their fringes left out; but where frames are few, a single one of
+    them is as long as a lie, and its neighbours are too far to know its pose from.
     Parameters: numbers: as `stretches`, if they are known; then nothing is interpolated from one stretch to another.
-    Convention: a frame is good if its error is at most `STRAY_MEDIANS_RATIO` medians, or `STRAY_PX`.
+    Convention: a frame is good if its error is at most `STRAY_MEDIANS_RATIO` medians, or `STRAY_PX`, and if it is not
+        doubted alone between neighbours that are far.
     """
     usual = float(np.median(reprojection_px))
+    doubted = reprojection_px > max(DOUBTED_PX, DOUBTED_MEDIANS_RATIO * usual)
+    short, beside = _short_runs(doubted, times_s), np.convolve(doubted, [1, 0, 1], "same") > 0
     good = reprojection_px <= max(STRAY_PX, STRAY_MEDIANS_RATIO * usual)
-    sound = good & ~_short_runs(reprojection_px > max(DOUBTED_PX, DOUBTED_MEDIANS_RATIO * usual), times_s)
+    good &= ~doubted | short | beside
+    sound = good & ~short
     if sound.all() or not sound.any():
         return camera_mm, good
     clock = rising(times_s)

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.verifier import limits
-from moireid.verifier.decision.figures import Figures, figures_of
+from moireid.verifier.decision.figures import Figures, figures_of, law_error_share
 from moireid.verifier.decision.sheet_gain import SheetGain
 from moireid.verifier.explanations.honest import HonestModel, PhaseSeries, Room, phase_series
 from moireid.verifier.explanations.residuals import (
@@ -192,9 +192,10 @@ def compare(
         shape = HonestModel(series, (min(reach[0], least - vague), max(reach[1], most + vague)))
     shaped = shape.fit(series.measured_rad[:, None]).residual_rad[:, 0]
     deviation = deviation_rad(shaped, series.step_s, series.within_rad)
-    error = figures.expected_error_rad
-    limit = residual_limit_rad(excitation, credible_error_rad(excitation, error))
-    possible = residual_limit_rad(excitation, signal.doubt * error, limits.PROOF_SDS)
+    # What poses and fringes err by, and what lasts all film long: lens and sheet.
+    error = math.hypot(figures.expected_error_rad, signal.shape_sd_rad, law_error_share(signal) * excitation)
+    limit = residual_limit_rad(credible_error_rad(excitation, error))
+    possible = residual_limit_rad(signal.doubt * error, limits.PROOF_SDS)
     possible = math.hypot(possible, limits.CAMERA_MOTION_SHARE * excitation if doubted else 0.0)
     # Where the law does not explain the film, or not with a gain that is accepted, nothing needs to look like it.
     asked = {}

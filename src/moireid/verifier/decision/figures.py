@@ -85,7 +85,11 @@ def figures_of(signal: GratingSignal) -> Figures:
         abs(pearson(measured, predicted)),
         window_correlation_mean(measured, predicted),
         gain,
-        math.hypot(_slope_sd(residual, power), signal.tangent_sd * abs(gain), share_sd * air_gain),
+        math.hypot(
+            _slope_sd(residual, power),
+            math.hypot(signal.tangent_sd, law_error_share(signal)) * abs(gain),
+            share_sd * air_gain,
+        ),
         float(residual.std()),
         float(predicted.std()),
         math.hypot(float(np.median(signal.phase_sd_rad[used])), signal.pose_sd_rad),
@@ -123,6 +127,11 @@ def air_share(air_rad: Array, predicted: Array, residual: Array) -> tuple[float,
     likely = np.exp(-0.5 * (away - away.min()))
     share = float(np.average(shares, weights=likely))
     return share, math.sqrt(np.average((shares - share) ** 2, weights=likely)), gain, apart
+
+
+def law_error_share(signal: GratingSignal) -> float:
+    """Error of the law, as a share of the motion: from aside a sheet's own thickness, index and focus change it."""
+    return limits.LAW_MOTION_SHARE * signal.aside_share
 
 
 def _places_apart(signal: GratingSignal) -> float:

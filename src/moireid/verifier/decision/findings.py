@@ -149,8 +149,7 @@ def _at_rest(grating: GratingComparison, moved: Sequence[GratingComparison], *, 
     """A grating that should hardly move by the law must hardly move.
 
     Its gain means nothing, so the measured phase is compared with the prediction itself, or with that times the gain of
-    the gratings that moved.  The tolerance of the gain is allowed, and a share of the largest motion of any grating, as
-    the camera's pose may turn the badge.
+    the gratings that moved.  The tolerance of the gain is allowed.
     """
     own, most = grating.figures, max(one.figures.excitation_rad for one in moved)
     if own.excitation_rad >= limits.MIN_EXCITATION_RAD:
@@ -162,7 +161,7 @@ def _at_rest(grating: GratingComparison, moved: Sequence[GratingComparison], *, 
     deviation = float(np.hypot((own.gain_ratio - nearest) * own.excitation_rad, own.phase_residual_rad))
     room = (limits.GAIN_TOLERANCE_SHARE + limits.GAIN_REJECTED_SDS * own.tangent_sd) * own.excitation_rad
     error = credible_error_rad(min(most, limits.RESTING_MOTION_RAD), own.expected_error_rad)
-    limit, proof = (room + residual_limit_rad(most, error, sds) for sds in (limits.USUAL_SDS, limits.PROOF_SDS))
+    limit, proof = (room + residual_limit_rad(error, sds) for sds in (limits.USUAL_SDS, limits.PROOF_SDS))
     good, possible = deviation <= limit, not prove or deviation <= proof
     text = "Fringes that should hardly move do so."
     if not good:

@@ -85,13 +85,13 @@ def log10_odds(own: float, other: float, blocks: float, samples: float) -> float
     return float(samples / 2 * np.log10((other + floor) / (own + floor)))
 
 
-def residual_limit_rad(excitation_rad: float, expected_error_rad: float, sds: float = limits.USUAL_SDS) -> float:
-    """What honest films leave of the phase, but for few, with that motion and that expected error of a frame.
+def residual_limit_rad(expected_error_rad: float, sds: float = limits.USUAL_SDS) -> float:
+    """What honest films leave of the phase, but for few, with that expected error of a frame.
 
     Parameters: sds: standard deviations beyond the mean; those of `limits.PROOF_SDS` no honest film has.
     """
     one = limits.OWN_MOTION
-    return one.quantile(sds, one.unit_rad(excitation_rad, expected_error_rad))
+    return one.quantile(sds, one.unit_rad(0.0, expected_error_rad))
 
 
 def credible_error_rad(excitation_rad: float, expected_error_rad: float) -> float:
@@ -106,7 +106,7 @@ def own_motion_odds(deviation_rad: float, excitation_rad: float, error_rad: floa
         expected error of one frame.
     """
     one = limits.OWN_MOTION
-    unit = one.unit_rad(excitation_rad, error_rad)
+    unit = one.unit_rad(0.0, error_rad)
     shares = np.geomspace(limits.FORGED_MIN_SHARE, limits.FORGED_MAX_SHARE, 24)
     forged = np.log(np.hypot(shares * excitation_rad / unit, math.exp(one.mean_log)))
     # A deviation below the mean is not suspicious; both densities are then taken at the mean.

@@ -19,8 +19,8 @@ Array = NDArray[np.float64]
 IN_TIME = ("measured_rad", "predicted_rad", "air_rad", "phase_rad", "phase_sd_rad", "times_s")
 BEYOND_IN_TIME = ("law_rad", "overtone", "place_px", "expected")
 #: Fields of a signal of which the whole has the greatest, and the mean, of its chapters'.
-GREATEST = ("tangent_sd", "focal_at_limit", "lasting_px", "doubt", "zoom", "mixed_share")
-MEAN = ("rounding_rad", "stray_share", "covered_share", "held_share")
+GREATEST = ("tangent_sd", "shape_sd_rad", "focal_at_limit", "lasting_px", "doubt", "zoom", "mixed_share")
+MEAN = ("rounding_rad", "stray_share", "covered_share", "held_share", "aside_share")
 
 
 class DepthLaw(NamedTuple):
@@ -76,8 +76,9 @@ class GratingSignal:
     phase_sd_rad: error bar of the measured phase, infinite in unreadable frames; pose_sd_rad: error of the prediction
     from the smoothed pose; strip_residual_rad (S,): deviation of each strip from the common signal, root mean square;
     place_residual_rad (S,): deviation of places along each strip from it (`strip_shape`); tangent_sd: error of the
-    spread of the parallax along the grating's axis from focal length and distortion, as a share; covariates (T, 2): the
-    camera's parallax along the lines, and one over its distance, 1/mm, if known; strip_sd_rad (S,): error bar of
+    spread of the parallax along the grating's axis from focal length and distortion, as a share; shape_sd_rad: what
+    else these move the predicted phase by, which lasts all film long; covariates (T, 2): the camera's parallax along
+    the lines, and one over its distance, 1/mm, if known; strip_sd_rad (S,): error bar of
     each strip's phase, median over its frames; rounding_rad: phase error of a place from rounding to whole counts,
     median over its strips; covered_share: share of strips and frames that something covers; held_share: share of
     frames in which something covers a marker or a part of the frame; stray_share: share of frames whose markers do not
@@ -86,7 +87,8 @@ class GratingSignal:
     the error bars say, 1 for others; mixed_share: as in `mixed_frames`; beyond: what the film shows apart from the
     phase, None if it is not known; phase_rad: the measured phase with one phase constant for all stretches, as
     `measured_rad` if none is given; lens_room: as in `CameraFit`; air_rad: what is added to predicted_rad if the sheet
-    is not glued but laid on (`strip_law.air_law`), 0 if none is given.
+    is not glued but laid on (`strip_law.air_law`), 0 if none is given; aside_share: share of frames that show it from
+    beyond `lenticule.critical_tangent`.
     """
 
     measured_rad: Array
@@ -97,11 +99,13 @@ class GratingSignal:
     times_s: Array
     place_residual_rad: Array = field(default_factory=lambda: np.zeros(0))
     tangent_sd: float = 0.0
+    shape_sd_rad: float = 0.0
     covariates: Array | None = None
     strip_sd_rad: Array = field(default_factory=lambda: np.zeros(0))
     rounding_rad: float = 0.0
     covered_share: float = 0.0
     held_share: float = 0.0
+    aside_share: float = 0.0
     stray_share: float = 0.0
     focal_at_limit: bool = False
     lasting_px: float = 0.0
@@ -135,6 +139,7 @@ class GratingSignal:
             predicted_rad=gain * self.predicted_rad,
             air_rad=gain * self.air_rad,
             pose_sd_rad=gain * self.pose_sd_rad,
+            shape_sd_rad=gain * self.shape_sd_rad,
             beyond=None if self.beyond is None else self.beyond.under(gain),
         )
 

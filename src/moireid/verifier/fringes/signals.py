@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from moireid.badge import Badge, Grating
 from moireid.frames import OwnFrame, own_rect
+from moireid.lenticule import critical_tangent
 from moireid.question import KnownCamera
 from moireid.verifier import limits, measuring
 from moireid.verifier.camera.fit import CameraFit, fit_camera
@@ -180,7 +181,8 @@ def _grating_signal(
     slow = measuring.SLOW_ERROR_RATIO * poses.camera.slow_to_fast * removed
     tangent_error = max(poses.enlarged * _after_smoothing(jitter, whole, rounding), slow)
     air = air_law(badge.lens, grating.pitch_mm, *tangents.T)
-    signal = _combine(own, tangent_error, badge, grating, track.times_s, poses.stretch, air)
+    slope = 2 * np.pi * badge.lens.thickness_mm / badge.lens.refractive_index / grating.pitch_mm
+    signal = _combine(own, slope * tangent_error, track.times_s, poses.stretch, air)
     known = within_law(track.strips, poses.camera_mm) & poses.good
     sd = np.where(known, signal.phase_sd_rad, np.inf)
     if track.vague is not None:
@@ -196,6 +198,7 @@ def _grating_signal(
             float(frame.spreads(poses.camera.tangent_sd)[0]),
             gain_sd_share(badge, grating, poses.page_mm, poses.camera.twist_per_m),
         ),
+        shape_sd_rad=slope * float(frame.spreads(poses.camera.tangent_shape)[0]),
         covariates=_covariates(poses.camera_mm, poses.page_mm, frame),
         rounding_rad=rounding,
         covered_share=1 - clear / max(len(every), 1),
@@ -208,6 +211,7 @@ def _grating_signal(
         mixed_share=_mixed(own, known, track, frame, middle) if own else 0.0,
         beyond=_beyond(own, known, track, frame, grating, tangents, poses.page_mm.mean(axis=0)) if own else None,
         lens_room=poses.camera.lens_room,
+        aside_share=float(np.mean(np.linalg.norm(tangents, axis=1) > critical_tangent(badge.lens))),
     )
 
 
@@ -302,9 +306,7 @@ def _after_smoothing(wander: float, whole: float, rounding: float) -> float:
 
 def _combine(
     strips: list[StripPhase],
-    noise: float,
-    badge: Badge,
-    grating: Grating,
+    pose_sd_rad: float,
     times_s: Array,
     stretch: NDArray[np.int64],
     air_rad: Array,
@@ -339,7 +341,6 @@ def _combine(
         phase_sd = np.where(total > 0, 1 / np.sqrt(total), np.inf)
     turned = less_uneven_air(turned, weight, common, air_rad)
     wander = np.sqrt((weight * turned**2).sum(axis=1) / np.maximum(weight.sum(axis=1), 1e-12))
-    slope = 2 * np.pi * badge.lens.thickness_mm / badge.lens.refractive_index / grating.pitch_mm
     strip_sd = np.array(
         [
             np.median(own[own < measuring.MAX_PHASE_SD_RAD]) if (own < measuring.MAX_PHASE_SD_RAD).any() else 0.0
@@ -351,7 +352,7 @@ def _combine(
         within_stretches(signal, numbers),
         within_stretches(common, numbers),
         phase_sd,
-        float(slope * noise),
+        pose_sd_rad,
         wander,
         times_s,
         strip_sd_rad=strip_sd,

@@ -129,7 +129,7 @@ def _held(signal: GratingSignal, own: NDArray[np.bool_], sheet: SheetGain) -> ND
     deviation = np.abs(signal.measured_rad - law_rad)[own]
     sd = signal.phase_sd_rad[own]
     error = np.hypot(np.where(np.isfinite(sd), sd, 0.0), signal.pose_sd_rad)
-    limit = [3 * residual_limit_rad(figures.excitation_rad, float(one)) for one in error]
+    limit = [3 * residual_limit_rad(float(one)) for one in error]
     return np.array([np.isfinite(sd), deviation <= limit])
 
 
