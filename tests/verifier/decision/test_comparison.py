@@ -81,7 +81,7 @@ def test_a_film_may_leave_what_lens_and_sheet_err_by_and_no_share_of_its_motion(
             (1, {}),
             (2, {}),
             (1, {"shape_sd_rad": 0.03}),
-            (1, {"steep": np.ones(FRAMES, bool)}),
+            (1, {"aside_share": 1.0}),
         )
     )
     assert much == pytest.approx(more)

@@ -48,8 +48,7 @@ def test_an_uncertain_focal_length_widens_the_gain_s_error_bar():
 
 def test_a_view_from_aside_widens_the_gain_s_error_bar():
     """Catches: gains of true badges that are four error bars off, as the law of another sheet is.  Closed form."""
-    half = np.arange(FRAMES) % 2 == 0
-    found = figures_of(fringe_signal(LAW, 0.5 * LAW, steep=half))
+    found = figures_of(fringe_signal(LAW, 0.5 * LAW, aside_share=0.5))
     assert found.gain_sd == pytest.approx(0.5 * 0.5 * LAW_MOTION_SHARE)
 
 
