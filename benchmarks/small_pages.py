@@ -53,7 +53,7 @@ FRAMES, FPS = 240, 30
 #: Format, width from the front, px, angle, degrees, axis, and frames a second; a webcam's focal length, px.
 AXES = {"vertical": (0.0, 1.0, 0.0), "horizontal": (1.0, 0.0, 0.0), "oblique": (0.7071, 0.7071, 0.0)}
 SLANTED = tuple(product(("board", "a6"), (100, 110, 120, 140), (0, 40, 50, 60), AXES, (30, 6)))
-SLANTED_S = 8
+SLANTED_S = 12
 WEBCAM = Webcam(LAPTOP, 750.0, (645.0, 355.0), blur_px=0.6, exposure_s=8e-3, readout_s=20e-3, white_electrons=6600)
 
 

@@ -59,15 +59,16 @@ def sought(
         blocks = shape[0] // fewer * (shape[1] // fewer)
         registrar.work_ns += MATCHED_NS * own.size * blocks
         registrar.work_ns += SOUGHT_NS * (blocks + 2 * reach * sum(shape) // fewer + 4 * reach**2)
-    step, squares = fewer * pitch, all(patch.side is None for patch in printer.patches)
-    if squares and each.max(axis=(1, 2)).min() >= SEEN:
-        rows, columns = np.divmod(each.reshape(len(each), -1).argmax(axis=1), 2 * reach + 1)
+    step, total, side = fewer * pitch, each.mean(axis=0), 2 * reach + 1
+    best, squares = each.max(axis=(1, 2)), all(patch.side is None for patch in printer.patches)
+    # One shift says more of a smeared page, whose squares are each found to half a module.
+    if squares and total.max() < SEEN <= best.min():
+        rows, columns = np.divmod(each.reshape(len(each), -1).argmax(axis=1), side)
         moved = printer.centers_mm + np.column_stack([columns - reach, rows - reach]) * step
         seen = cv2.perspectiveTransform(moved.reshape(-1, 1, 2), expected)
-        place, _ = cv2.findHomography(printer.centers_mm, seen, 0)
-        if place is not None and np.all(np.isfinite(place)):
-            return float(each.max(axis=(1, 2)).mean()), np.asarray(place)
-    total = each.sum(axis=0)
-    row, column = divmod(int(total.argmax()), 2 * reach + 1)
+        page, _ = cv2.findHomography(printer.centers_mm, seen, 0)
+        if page is not None and np.all(np.isfinite(page)):
+            return float(best.mean()), np.asarray(page)
+    row, column = divmod(int(total.argmax()), side)
     place = expected @ np.array([[1, 0, (column - reach) * step], [0, 1, (row - reach) * step], [0, 0, 1.0]])
-    return float(total[row, column]) / len(each), np.asarray(place / place[2, 2])
+    return float(total[row, column]), np.asarray(place / place[2, 2])
