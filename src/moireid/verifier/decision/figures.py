@@ -28,7 +28,7 @@ Array = NDArray[np.float64]
 
 
 #: Figures that a report does not show.
-INNER = ("rounding_rad", "tangent_sd")
+INNER = ("rounding_rad", "tangent_sd", "air_rad")
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,8 @@ class Figures:
     predicted phase; expected_error_rad: expected error of one frame; strip_wander_rad: deviation of the worst strip;
     strip_sd_rad: error bar of a typical strip; place_wander_rad: deviation of places within a strip; rounding_rad and
     tangent_sd: as in `GratingSignal`; information: Fisher information on the gain; air_share: as `air_share`; air_sd:
-    the part of gain_sd that is its error; both 0 where no view is from beyond the critical angle.
+    the part of gain_sd that is its error; air_rad: spread of the difference of both laws; all 0 where no view is from
+    beyond the critical angle.
     """
 
     correlation: float = 0.0
@@ -57,6 +58,7 @@ class Figures:
     information: float = 0.0
     air_share: float = 0.0
     air_sd: float = 0.0
+    air_rad: float = 0.0
 
     def to_json(self) -> dict[str, object]:
         """As an entry of `invariant.gratings`."""
@@ -79,7 +81,8 @@ def figures_of(signal: GratingSignal) -> Figures:
     power = float(predicted @ predicted)
     gain = float(predicted @ measured) / power if power > 0 else 0.0
     residual = measured - gain * predicted
-    share, share_sd, air_gain, apart = air_share(within_stretches(signal.air_rad[used], stretch), predicted, residual)
+    air = within_stretches(signal.air_rad[used], stretch)
+    share, share_sd, air_gain, apart = air_share(air, predicted, residual)
     residual, gain = residual - share * apart, gain - share * air_gain
     return Figures(
         abs(pearson(measured, predicted)),
@@ -101,6 +104,7 @@ def figures_of(signal: GratingSignal) -> Figures:
         float(np.sum(predicted**2 / (signal.phase_sd_rad[used] ** 2 + signal.pose_sd_rad**2))),
         share,
         share_sd * abs(air_gain),
+        float(air.std()),
     )
 
 

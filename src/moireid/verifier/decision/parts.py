@@ -23,7 +23,7 @@ from dataclasses import dataclass, replace
 from moireid.verifier.decision.figures import Figures
 from moireid.verifier.explanations.residuals import credible_error_rad
 from moireid.verifier.identity.cell_slip import RowsApart
-from moireid.verifier.limits import GAIN_REJECTED_SDS, PARTS, PROOF_SDS, USUAL_SDS
+from moireid.verifier.limits import PARTS, PROOF_SDS, USUAL_SDS
 from moireid.verifier.reasons import Reason
 
 #: What the fringes of a part that moves apart do.
@@ -52,11 +52,9 @@ class Part:
         # A film that is made noisy is not rejected, but must not buy room for a lie.
         excused = (credible_error_rad(moved, error_rad) for error_rad in noise)
         limit = one.quantile(USUAL_SDS, one.unit_rad(moved, 0.0, *excused))
-        # What a film leaves uncertain of air may differ from part to part.
-        aside = GAIN_REJECTED_SDS * figures.air_sd * moved
-        return cls(
-            name, deviation_rad, limit, math.hypot(one.quantile(PROOF_SDS, one.unit_rad(moved, 0.0, *noise)), aside)
-        )
+        # From aside, one part of a sheet may lie on the page while another is glued to it.
+        proof = math.hypot(one.quantile(PROOF_SDS, one.unit_rad(moved, 0.0, *noise)), figures.air_rad)
+        return cls(name, deviation_rad, limit, proof)
 
 
 def parts_of(figures: Sequence[Figures], code: RowsApart, *, covered: bool = False) -> list[Part]:
