@@ -2,7 +2,7 @@
 
 1. The print's aspect alone, and then the page's twist: each hides all else.  They are starts; some frames are enough.
 2. In which direction does the shutter run through the picture?  Tested at its usual time.
-3. All together, from a weak barrel; from other distortions too, where the film does not exclude them.
+3. All together, from a weak barrel; from others too, where it leaves errors that last.
 4. If the focal length is far from its prior, estimate it again on a steady camera path (`smoothing`).
 5. If a tremor hides between the frames, rows are less precise than they seem: estimate all again with that slack.
 6. Error bars cover the other solutions, as far as the film leaves them likely.
@@ -21,12 +21,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.verifier.camera.fast_poses import NearPoses, lasting_error_px
-from moireid.verifier.camera.film_camera import AXIS_AT, BEND_AT, BENDS, PRINT, STRETCH, TWIST, FilmCamera
+from moireid.verifier.camera.film_camera import AXIS_AT, BEND_AT, PRINT, STRETCH, TWIST, FilmCamera
 from moireid.verifier.camera.map_search import SPARE_PER_FRAME, minimise, posterior, repeated, step_together
 from moireid.verifier.camera.page_speed import hidden_speed_px_s
 from moireid.verifier.camera.plane_pose import ClosedForm, closed_form, point_error_px, start_poses
 from moireid.verifier.camera.smoothing import SPARE, steady_errors_px
-from moireid.verifier.limits import GAIN_REJECTED_SDS
 from moireid.verifier.measuring import (
     AXIS_MAX_SHARE,
     FOCAL_FAR_SDS,
@@ -50,7 +49,7 @@ HIDING_SHARE = 0.7
 #: Distortion to search from: between a lens without any and a webcam's barrel, as each is far from where a search from
 #: the other ends.  From it and the guessed focal length, k1 of -0.4 to 0.2 and 0.5 to 1.6 long sides are found.
 FIRST_BEND = (-0.2, 0.0)
-#: Others, which are tried where the film does not exclude them, or errors last: none, and a webcam's two usual ones.
+#: Others, which are tried where the errors that last are larger than noise: none, and a webcam's two usual ones.
 OTHER_BENDS = ((0.0, 0.0), (-0.4, 0.0), (-0.1, -0.6))
 #: A hidden tremor counts from this share of the mean square of what is left; more than this share it cannot be, as
 #: registration has noise of its own.  Set by hand.
@@ -236,28 +235,18 @@ class FilmWide(FilmCamera):
         return tried[:1] if tried[0]._steadied else tried
 
     def _solved_from_bends(self) -> list[FilmWide]:
-        """The solution from the first distortion, and from those others that it leaves open."""
+        """The solution from the first distortion; and from others, where it leaves errors that last."""
         first = self._solved_from_bend(np.array(FIRST_BEND))
-        left, numbers = first._near.residuals_px(*first._now()), np.cumsum(self.cuts)[self._chosen]
-        lasting, noise = lasting_error_px(left, self._times[self._chosen], numbers)
-        most = math.inf if lasting > noise else GAIN_REJECTED_SDS
-        left_open = [bend for bend in np.array(OTHER_BENDS) if 1 < first._bend_sds(bend) < most]
-        return [first, *(self._solved_from_bend(bend) for bend in left_open)]
+        left, numbers = first._near.residuals_px(*first._now()), np.asarray(np.cumsum(self.cuts), np.int64)
+        lasting, noise = lasting_error_px(left, self._times[self._chosen], numbers[self._chosen])
+        others = OTHER_BENDS if lasting > noise else ()
+        return [first, *(self._solved_from_bend(np.array(bend)) for bend in others)]
 
     def _solved_from_bend(self, bend: Array) -> FilmWide:
         film = copy.copy(self)
         film.bend = bend
         film._solve_with_rows()
         return film
-
-    def _bend_sds(self, bend: Array) -> float:
-        """How far a distortion is from the solution, in standard deviations of what the film itself shows.
-
-        Source: as `focal_span_px`, the posterior's information less the prior's.
-        """
-        prior = [one.curve(at)[1] for one, at in zip(BENDS, self.bend, strict=True)]
-        own = np.linalg.inv(self.covariance[BEND_AT, BEND_AT]) - np.diag(prior)
-        return math.sqrt(max(float((bend - self.bend) @ own @ (bend - self.bend)), 0.0))
 
     def _solve_with_rows(self) -> None:
         """Estimate all together; where the camera is not yet right, the direction of the shutter is estimated badly, so
