@@ -1,6 +1,6 @@
 """Solve what is the same in all frames: focal length, rolling-shutter time, distortion, and the print's shape.
 
-1. The print's aspect alone, and then the page's twist: each hides all else.  They are starts; some frames are enough.
+1. The page's twist alone, which hides all else: a start, for which some frames are enough.
 2. In which direction does the shutter run through the picture?  Tested at its usual time.
 3. All together, from a weak barrel; from others too, where it leaves errors that last.
 4. If the focal length is far from its prior, estimate it again on a steady camera path (`smoothing`).
@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.verifier.camera.fast_poses import NearPoses, lasting_error_px
-from moireid.verifier.camera.film_camera import AXIS_AT, BEND_AT, PRINT, STRETCH, TWIST, FilmCamera
+from moireid.verifier.camera.film_camera import AXIS_AT, BEND_AT, STRETCH, TWIST, FilmCamera
 from moireid.verifier.camera.map_search import SPARE_PER_FRAME, minimise, posterior, repeated, step_together
 from moireid.verifier.camera.page_speed import hidden_speed_px_s
 from moireid.verifier.camera.plane_pose import ClosedForm, closed_form, point_error_px, start_poses
@@ -44,7 +44,7 @@ NEARBY_STEPS, SETTLED, MOST_SETTLED = 2.0, 0.05, 60
 #: Another start is tried if its axis is this far from the middle, in long sides, or its pixels are stretched by so
 #: much, and if it leaves at most so many times what the search from the middle left.
 AXIS_FAR_SHARE, STRETCH_FAR_LOG, NEARLY_AS_GOOD = 0.03, 0.004, 2.0
-#: A print's aspect hides all else if the errors fall to this share, or less, once it is taken away.
+#: A page's twist hides all else if the errors fall to this share, or less, once it is taken away.
 HIDING_SHARE = 0.7
 #: Distortion to search from: between a lens without any and a webcam's barrel, as each is far from where a search from
 #: the other ends.  From it and the guessed focal length, k1 of -0.4 to 0.2 and 0.5 to 1.6 long sides are found.
@@ -218,8 +218,7 @@ class FilmWide(FilmCamera):
     def _solved_from_the_middle(self) -> list[FilmWide]:
         """The solutions by steps 1 to 4, the likeliest first."""
         few = self.of_fewer()
-        few._unhide()  # 1
-        few._untwist()
+        few._untwist()  # 1
         found = few._solved_from_bends() if not self._known else [few._solved_from_bend(self.bend)]  # 2, 3
         tried = []
         for one in found:
@@ -269,12 +268,6 @@ class FilmWide(FilmCamera):
             share = 1 / (1 + math.exp(min(0.5 * (film._cost(scale) - self._cost(scale)), 50.0)))
             apart = np.where(np.diag(self.covariance) > 0, film._at() - self._at(), 0.0)
             self.covariance += share * np.outer(apart, apart)
-
-    def _unhide(self) -> None:
-        """Take a print's aspect for a start that takes much of the errors away; less may be noise."""
-        found, _ = minimise(lambda x: self._errors(shutter_s=0.0, print_aspect=x), *PRINT.alone)
-        left, before = (float(np.median(self._errors(shutter_s=0.0, print_aspect=x))) for x in (found, 0.0))
-        self.print_aspect = found if left < HIDING_SHARE * before else 0.0
 
     def _solve_together(self, *, zoom: bool = True) -> None:
         """Estimate all unknowns by repeated joint searches; zoom: the focal length too, if it was not given."""
