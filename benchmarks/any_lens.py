@@ -3,8 +3,9 @@
 A board is filmed by `outside`, which shares nothing with `moireid.simulate`, through lenses of 0.5 to 8 times the
 picture's long side, drawn at random, from so far that it is 420 px wide: a badge that is moved flat before a still
 camera, a wearer who sways, a camera that walks.  And through one lens as it was built wrong: the page printed at 96 to
-104 % of its size, or a sheet of another pitch.  All of them are true films.  `--only air` is the table of air and
-angle: sheets glued or laid on, from five angles, by a pinhole camera, and forged films from the two farthest aside.
+104 % of its size, or a sheet of another pitch.  And through webcams whose k1 is -0.4 to 0.1, in the picture's middle
+and near its border (`--only k1`).  All of them are true films.  `--only air` is the table of air and angle: sheets
+glued or laid on, from five angles, by a pinhole camera, and forged films from the two farthest aside.
 Printed is the verdict of each, gain and error bar, what the solver knows of the focal length, and for each kind how
 many are accepted, inconclusive, rejected.
 """
@@ -14,13 +15,15 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import product
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from half_real import bent_webcam
 from natural_films import prepared
 from outside.build import Build, built
-from outside.camera import PHONE, Camera, drawn
+from outside.camera import LAPTOP, PHONE, Camera, drawn
 from outside.film import Shoot, film
 from outside.flaws import Flaws, flawed
 from outside.motion import Array, Course, course
@@ -38,6 +41,9 @@ MOVES = ("flat", "sway", "arc")
 #: Of the page, and of the sheet's pitch, over the design's; air, mm; views, degrees.
 PAGES = (0.96, 0.97, 0.98, 1.02, 1.04)
 SHEETS = (0.984, 0.988, 1.012, 1.016, 1.0333)
+#: Webcams' distortions k1 and k2, and focal lengths over the long side; aim off the badge, rad; distances, mm.
+BENT = ((-0.4, 0.1, 0.62), (-0.34, 0.05, 0.7), (-0.15, 0.0, 0.66), (0.0, 0.0, 0.7), (0.1, -0.22, 0.6))
+ASIDES_RAD, NEAR_MM = (0.0, 0.3), (330, 600)
 AIRS_MM, VIEWS_DEG = (0.0, 0.005, 0.01, 0.02, 0.05, 0.2), ((-15, 15), (17, 39), (27, 45), (39, 52), (53, 62))
 #: Of the other sheet, and what is forged from the side: under glued sheets, and through air.
 OTHER_LENS, OTHER_AIRS_MM = "50lpi", (0.0, 0.02)
@@ -89,6 +95,9 @@ def cases(clips: int) -> dict[str, dict[str, Any]]:
         found |= {f"lens {move} {number}": {"kind": f"lens, {move}", "move": move} for move in MOVES}
     found |= {f"page {scale}": {"kind": "page", "page": scale} for scale in PAGES}
     found |= {f"sheet {scale}": {"kind": "sheet", "sheet": scale} for scale in SHEETS}
+    for bent, aside, near in product(BENT, ASIDES_RAD, NEAR_MM):
+        case = {"kind": f"k1 {bent[0]}", "bent": bent, "aside": aside, "near": near}
+        found |= {f"k1 {bent[0]} aside {aside} {near} mm": case}
     for low, high in VIEWS_DEG:
         view, seen = f"{low} to {high} deg", {"view": (low, high)}
         found |= {f"air {air} {view}": seen | {"kind": f"air, {view}", "air": air} for air in AIRS_MM}
@@ -101,7 +110,11 @@ def cases(clips: int) -> dict[str, dict[str, Any]]:
 
 def camera_and_course(case: dict[str, Any], width_mm: float, rng: np.random.Generator) -> tuple[Camera, Course]:
     """Who films the case, and how camera and badge move."""
-    camera = drawn(rng, PHONE)
+    camera = drawn(rng, LAPTOP if "bent" in case else PHONE)
+    if "bent" in case:
+        k1, k2, share = case["bent"]
+        camera = bent_webcam(replace(camera, focal_px=share * max(LAPTOP)), k1, k2)
+        return camera, turned_aside(course("arc", case["near"], FRAMES / FPS, rng), case["aside"])
     if "move" in case:
         focal_px = max(PHONE) * math.exp(rng.uniform(*np.log(LENSES)))
         # A lens that is long for its sensor has less distortion, and hides less light at its edges.
@@ -115,6 +128,12 @@ def camera_and_course(case: dict[str, Any], width_mm: float, rng: np.random.Gene
     if case["move"] == "flat":
         return camera, flat(distance_mm, rng)
     return camera, course(case["move"], distance_mm, FRAMES / FPS, rng)
+
+
+def turned_aside(motion: Course, off_rad: float) -> Course:
+    """The course, with the camera turned aside, so that the badge is near the picture's border."""
+    off = np.array([0.3 * off_rad, off_rad, 0, 0, 0, 0])
+    return replace(motion, camera=lambda t: motion.camera(t) + off)
 
 
 def misbuilt(build: Build, case: dict[str, Any]) -> Build:
@@ -147,8 +166,8 @@ def judged(job: tuple[Path, str, dict[str, Any]]) -> Row:
         "verdict": report.verdict,
         "gain": found.gain_ratio,
         "error": found.gain_sd,
-        "focal": camera.focal_px / max(PHONE),
-        "solved": solved.get("focal_px") and solved["focal_px"] / max(PHONE),
+        "focal": camera.focal_px / max(camera.size_px),
+        "solved": solved.get("focal_px") and solved["focal_px"] / max(camera.size_px),
         "shown": solved.get("shown", {}).get("focal"),
         "why": why_not(report),
     }

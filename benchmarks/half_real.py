@@ -78,6 +78,14 @@ class Webcam(Camera):
         return flat.reshape(grid.shape).astype(np.float32)
 
 
+def bent_webcam(camera: Camera, k1: float, k2: float) -> Webcam:
+    """The camera with a radial distortion of two terms."""
+    across, up = camera.center_px
+    matrix = np.array([[camera.focal_px, 0, across - 0.5], [0, camera.focal_px, up - 0.5], [0, 0, 1]])
+    own = {**vars(camera), "k1": 0.0}
+    return Webcam(**own, matrix=matrix, distortion=np.array([k1, k2, 0, 0, 0]))
+
+
 @dataclass(frozen=True)
 class BoardView:
     """One frame of a clip.  number: in the clip; grey: its luma; turn (3, 3), place (3,): from the badge's frame, mm,

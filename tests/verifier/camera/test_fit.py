@@ -417,6 +417,30 @@ def test_real_lenses_leave_the_gain_as_it_is(lens, seed):
     assert abs(np.polyfit(true, found, 1)[0] - 1) < max(3 * fit.tangent_sd[0], 0.01) < 0.1
 
 
+@pytest.mark.claim("A webcam's barrel, k1 of -0.4, does not make the gain wrong")
+@pytest.mark.parametrize("k1", [-0.34, -0.4])
+def test_a_barrel_is_found_where_the_badge_is_near_the_border(k1):
+    """Catches: a far minimum without distortion, whose gain is wrong by ten error bars; a distortion that is taken off
+    by a step along the homographies' tangent space, or weighed by the markers' corners alone.
+    """
+    rng, times, focal = np.random.default_rng(3), np.arange(120) / FPS, 0.66 * SIZE[0]
+    camera, turn = Course(rng, 700.0).pose(times)
+    aside = Rotation.from_euler("yx", [0.28, -0.1])
+    # All that registration sees of a marker: points all over it.
+    grid = np.stack(np.meshgrid(*2 * [np.linspace(0, 1, 5)]), axis=-1).reshape(-1, 2)
+    low, high = (side(PAGE_MM.reshape(4, 4, 2), axis=1) for side in (np.min, np.max))
+    places = (low[:, None] + grid * (high - low)[:, None]).reshape(-1, 2)
+    seen = bent(project(camera, aside * turn, focal, places), k1, focal)
+    seen += 0.08 * rng.standard_normal(seen.shape)
+    points = np.array(
+        [cv2.perspectiveTransform(PAGE_MM[:, None], cv2.findHomography(places, f)[0])[:, 0] for f in seen]
+    )
+    fit = fitted(points, times)
+    gain = np.polyfit(tangents(camera)[:, 0], tangents(fit.camera_mm)[:, 0], 1)[0]
+    assert abs(gain - 1) < 3 * fit.tangent_sd[0] < 0.03
+    assert fit.bend_k1 == pytest.approx(k1, abs=0.03) and fit.focal_px == pytest.approx(focal, rel=0.02)
+
+
 @pytest.mark.slow
 def test_the_error_bar_of_the_parallax_s_spread_is_neither_luck_nor_fear():
     """Catches: errors of focal length, distortion and axis added as if apart, where they make up for one another; one

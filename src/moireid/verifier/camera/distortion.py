@@ -50,7 +50,7 @@ class TakenIn:
         table = _tangents(self._within)
         # Four markers make the eight columns independent; a ridge also works for unusual boards.
         turned = table.swapaxes(-1, -2)
-        self._inverse = np.linalg.solve(turned @ table + RIDGE * np.eye(8), turned)
+        self._inverse: Array = np.asarray(np.linalg.solve(turned @ table + RIDGE * np.eye(8), turned), float)
         #: Those of the frames that were asked for last.
         self._chosen: tuple[Frames, Array] = slice(None), self._inverse
 

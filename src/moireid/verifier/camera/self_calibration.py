@@ -1,8 +1,8 @@
 """Solve what is the same in all frames: focal length, rolling-shutter time, distortion, and the print's shape.
 
-1. The print's aspect alone, and then the page's twist: each hides all else.  They are starts; some frames are enough.
+1. The page's twist alone, which hides all else: a start, for which some frames are enough.
 2. In which direction does the shutter run through the picture?  Tested at its usual time.
-3. All together, from a weak barrel; from other distortions too, where the film does not exclude them.
+3. All together, from a weak barrel; from others too, where it leaves errors that last.
 4. If the focal length is far from its prior, estimate it again on a steady camera path (`smoothing`).
 5. If a tremor hides between the frames, rows are less precise than they seem: estimate all again with that slack.
 6. Error bars cover the other solutions, as far as the film leaves them likely.
@@ -21,12 +21,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.verifier.camera.fast_poses import NearPoses, lasting_error_px
-from moireid.verifier.camera.film_camera import AXIS_AT, BEND_AT, BENDS, PRINT, STRETCH, TWIST, FilmCamera
+from moireid.verifier.camera.film_camera import AXIS_AT, BEND_AT, STRETCH, TWIST, FilmCamera
 from moireid.verifier.camera.map_search import SPARE_PER_FRAME, minimise, posterior, repeated, step_together
 from moireid.verifier.camera.page_speed import hidden_speed_px_s
 from moireid.verifier.camera.plane_pose import ClosedForm, closed_form, point_error_px, start_poses
 from moireid.verifier.camera.smoothing import SPARE, steady_errors_px
-from moireid.verifier.limits import GAIN_REJECTED_SDS
 from moireid.verifier.measuring import (
     AXIS_MAX_SHARE,
     FOCAL_FAR_SDS,
@@ -45,12 +44,12 @@ NEARBY_STEPS, SETTLED, MOST_SETTLED = 2.0, 0.05, 60
 #: Another start is tried if its axis is this far from the middle, in long sides, or its pixels are stretched by so
 #: much, and if it leaves at most so many times what the search from the middle left.
 AXIS_FAR_SHARE, STRETCH_FAR_LOG, NEARLY_AS_GOOD = 0.03, 0.004, 2.0
-#: A print's aspect hides all else if the errors fall to this share, or less, once it is taken away.
+#: A page's twist hides all else if the errors fall to this share, or less, once it is taken away.
 HIDING_SHARE = 0.7
 #: Distortion to search from: between a lens without any and a webcam's barrel, as each is far from where a search from
 #: the other ends.  From it and the guessed focal length, k1 of -0.4 to 0.2 and 0.5 to 1.6 long sides are found.
 FIRST_BEND = (-0.2, 0.0)
-#: Others, which are tried where the film does not exclude them, or errors last: none, and a webcam's two usual ones.
+#: Others, which are tried where the errors that last are larger than noise: none, and a webcam's two usual ones.
 OTHER_BENDS = ((0.0, 0.0), (-0.4, 0.0), (-0.1, -0.6))
 #: A hidden tremor counts from this share of the mean square of what is left; more than this share it cannot be, as
 #: registration has noise of its own.  Set by hand.
@@ -219,8 +218,7 @@ class FilmWide(FilmCamera):
     def _solved_from_the_middle(self) -> list[FilmWide]:
         """The solutions by steps 1 to 4, the likeliest first."""
         few = self.of_fewer()
-        few._unhide()  # 1
-        few._untwist()
+        few._untwist()  # 1
         found = few._solved_from_bends() if not self._known else [few._solved_from_bend(self.bend)]  # 2, 3
         tried = []
         for one in found:
@@ -236,28 +234,18 @@ class FilmWide(FilmCamera):
         return tried[:1] if tried[0]._steadied else tried
 
     def _solved_from_bends(self) -> list[FilmWide]:
-        """The solution from the first distortion, and from those others that it leaves open."""
+        """The solution from the first distortion; and from others, where it leaves errors that last."""
         first = self._solved_from_bend(np.array(FIRST_BEND))
-        left, numbers = first._near.residuals_px(*first._now()), np.cumsum(self.cuts)[self._chosen]
-        lasting, noise = lasting_error_px(left, self._times[self._chosen], numbers)
-        most = math.inf if lasting > noise else GAIN_REJECTED_SDS
-        left_open = [bend for bend in np.array(OTHER_BENDS) if 1 < first._bend_sds(bend) < most]
-        return [first, *(self._solved_from_bend(bend) for bend in left_open)]
+        left, numbers = first._near.residuals_px(*first._now()), np.asarray(np.cumsum(self.cuts), np.int64)
+        lasting, noise = lasting_error_px(left, self._times[self._chosen], numbers[self._chosen])
+        others = OTHER_BENDS if lasting > noise else ()
+        return [first, *(self._solved_from_bend(np.array(bend)) for bend in others)]
 
     def _solved_from_bend(self, bend: Array) -> FilmWide:
         film = copy.copy(self)
         film.bend = bend
         film._solve_with_rows()
         return film
-
-    def _bend_sds(self, bend: Array) -> float:
-        """How far a distortion is from the solution, in standard deviations of what the film itself shows.
-
-        Source: as `focal_span_px`, the posterior's information less the prior's.
-        """
-        prior = [one.curve(at)[1] for one, at in zip(BENDS, self.bend, strict=True)]
-        own = np.linalg.inv(self.covariance[BEND_AT, BEND_AT]) - np.diag(prior)
-        return math.sqrt(max(float((bend - self.bend) @ own @ (bend - self.bend)), 0.0))
 
     def _solve_with_rows(self) -> None:
         """Estimate all together; where the camera is not yet right, the direction of the shutter is estimated badly, so
@@ -280,12 +268,6 @@ class FilmWide(FilmCamera):
             share = 1 / (1 + math.exp(min(0.5 * (film._cost(scale) - self._cost(scale)), 50.0)))
             apart = np.where(np.diag(self.covariance) > 0, film._at() - self._at(), 0.0)
             self.covariance += share * np.outer(apart, apart)
-
-    def _unhide(self) -> None:
-        """Take a print's aspect for a start that takes much of the errors away; less may be noise."""
-        found, _ = minimise(lambda x: self._errors(shutter_s=0.0, print_aspect=x), *PRINT.alone)
-        left, before = (float(np.median(self._errors(shutter_s=0.0, print_aspect=x))) for x in (found, 0.0))
-        self.print_aspect = found if left < HIDING_SHARE * before else 0.0
 
     def _solve_together(self, *, zoom: bool = True) -> None:
         """Estimate all unknowns by repeated joint searches; zoom: the focal length too, if it was not given."""
