@@ -47,7 +47,7 @@ from moireid.verifier.limits import LEAST_STRENGTH
 from moireid.verifier.reasons import Reason, worst
 from moireid.verifier.session.claim import sheet_of
 
-PINNED = "99d445a7597342b828509db4dcc6cedc4778b59f"
+PINNED = "cb5626d9822c3f0764c2fa6ce0a8b1d915ec5b80"
 ROOT = Path(__file__).parents[1]
 SIGNALS = ROOT / "tests" / "data" / "golden"
 KINDS = ("*.mp4", "*.signals")
