@@ -209,18 +209,22 @@ def test_a_still_print_is_no_thin_sheet_before_the_longest_lens():
 @pytest.mark.claim("A true sheet is not rejected from any angle, whether it is glued or only laid on")
 @pytest.mark.parametrize(("low_deg", "high_deg", "widest"), [(17, 39, 0.05), (39, 52, 0.1), (53, 62, 0.25)])
 def test_a_sheet_that_is_laid_on_follows_the_law_as_one_that_is_glued(low_deg, high_deg, widest):
-    """Catches: a true film rejected from aside; an error bar that forgets air, or that air makes too wide; a still
-    print, or one that runs backwards, excused by it; half the gain accepted as air."""
+    """Catches: a true film rejected from aside; an error bar that forgets air or a bent page, or that air makes too
+    wide; a still print, or one that runs backwards, excused by it; half the gain accepted as air."""
     bent = np.tanh(trajectory()) * (high_deg - low_deg) / 2 + (high_deg + low_deg) / 2
     tangents = np.tan(np.radians(bent)), np.zeros(FRAMES)
     lens = PRODUCTS["62lpi-27mil"]
     glued, air = view_law(lens, 0.42).phase_rad(*tangents), air_law(lens, 0.42, *tangents)
+    bow = (glued - glued.mean()) ** 2 / glued.std()
     for share in (0.0, 0.5, 1.0):
         film = fringe_signal(glued, glued + share * air + lasting_noise(), air_rad=air)
         for sheet in (DESIGNED, BUILT):
             found = judge([film], sheet)
             assert found.verdict != "reject" and levels(found)["residual"] == "pass"
             assert abs(found.gain_ratio - 1) < 3 * found.gain_sd < 3 * widest
+        # A bent page looks like a share of air.
+        found = judge([fringe_signal(glued, film.measured_rad - 0.02 * bow, air_rad=air)])
+        assert abs(found.gain_ratio - 1) < 3 * found.gain_sd
     for gain in (0.5, 0.0, -1.0):
         forged = judge([fringe_signal(glued, gain * glued + lasting_noise(), air_rad=air)], BUILT)
         assert forged.verdict == "reject" or (forged.verdict == "inconclusive" and (gain > 0 or low_deg > 50))

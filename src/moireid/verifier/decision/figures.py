@@ -116,7 +116,7 @@ def air_share(air_rad: Array, predicted: Array, residual: Array) -> tuple[float,
         (T,), with mean 0 in each stretch.
     Source: mean and standard deviation of a normal distribution cut off at 0 and 1, as any share is as likely
         beforehand.  Its own is that of the regression on what a gain cannot take up, and of a bent page, which looks
-        much like that: an honest badge leaves the law by `OWN_MOTION.motion_share`.
+        much like that: `MAX_SHAPE_SHARE` of the motion, in three standard deviations.
     """
     power = float(predicted @ predicted)
     gain = float(air_rad @ predicted) / power if power > 0 else 0.0
@@ -125,7 +125,7 @@ def air_share(air_rad: Array, predicted: Array, residual: Array) -> tuple[float,
     if not left > 0:
         return 0.0, 0.0, 0.0, apart
     seen = float(apart @ residual) / left
-    bent = limits.OWN_MOTION.motion_share * math.sqrt(power / left)
+    bent = limits.MAX_SHAPE_SHARE / 3 * math.sqrt(power / left)
     shares = np.linspace(0.0, 1.0, 201)
     away = ((shares - seen) / math.hypot(_slope_sd(residual - seen * apart, left), bent)) ** 2
     likely = np.exp(-0.5 * (away - away.min()))
