@@ -30,8 +30,6 @@ from moireid.simulate.filming import film
 from moireid.simulate.motion import motion_named
 from moireid.simulate.scene import Build, Camera, Scene
 from moireid.verifier import Question, Report, verify
-from moireid.verifier.fringes import strip_law as predict
-from moireid.verifier.fringes.signals import measure
 from moireid.verifier.identity.compare_built import filmed_built
 
 CONTRACT: dict[str, set[str]] = {
@@ -424,11 +422,10 @@ def test_identify_finds_nobody_who_is_not_enrolled(grace, ada_film, tmp_path):
 
 
 @pytest.mark.slow
-def test_a_badge_that_faces_away_follows_the_law(ada, tmp_path, monkeypatch):
+def test_a_badge_that_faces_away_follows_the_law(ada, tmp_path):
     """View tangents of 0.56 to 1.77 at the board's middle, up to 1.95 at its edge.
 
-    Catches: a table of the law that ends at 1.5 (gain 1.036 and 0.125 rad apart, with a truth that errs alike); frames
-    beyond the table that are judged by its edge all the same.
+    Catches: a table of the law that ends at 1.5 (gain 1.036 and 0.125 rad apart, with a truth that errs alike).
     """
     path = shoot(ada, tmp_path / "a.mp4", motion="oblique", camera=PHONE, frames=64)
     report = verify(path, Question(ada, ada.id))
@@ -442,11 +439,6 @@ def test_a_badge_that_faces_away_follows_the_law(ada, tmp_path, monkeypatch):
     assert report.measurement is not None
     # One frame, whose page is registered poorly, is taken for a covered one.
     assert np.isfinite(report.measurement.gratings[0].phase_sd_rad).mean() > 0.97
-    monkeypatch.setattr(predict, "MAX_TANGENT", 1.5)
-    less = measure(report.track)
-    known = solved_parallax(report)[:, 0] < 1.3
-    assert np.isfinite(less.gratings[0].phase_sd_rad[known]).mean() > 0.97
-    assert np.isinf(less.gratings[0].phase_sd_rad[solved_parallax(report)[:, 0] > 1.5]).all()
 
 
 # Wrong input: exit code 2, one sentence, nothing on stdout.

@@ -29,7 +29,7 @@ def combined(hidden: slice, seed: int, *, noise: float = 0.01, gain: float = 1.0
         phase[hidden], sd[hidden] = rng.uniform(-np.pi, np.pi, len(phase[hidden])), 5.0
         even = np.ones(FRAMES)
         strips.append(StripPhase(np.angle(np.exp(1j * phase)), sd, even, even, 0.1, 0.001, predicted_rad=COURSE))
-    return _combine(strips, 0.005, TIMES, np.zeros(FRAMES, np.int64), np.zeros(FRAMES))
+    return _combine(strips, 0.005, TIMES, np.zeros(FRAMES, np.int64), np.zeros(FRAMES), np.ones(FRAMES, bool))
 
 
 @pytest.mark.parametrize("hidden", [slice(100, 103), slice(100, 130), slice(0, 40), slice(200, 240)])

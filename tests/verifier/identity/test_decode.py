@@ -12,11 +12,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from kit.numeric_films import FOCAL, FRAMES, TYPICAL, Building, filmed
+from kit.numeric_films import FOCAL, FRAMES, TYPICAL, Building, course, filmed
 from kit.payloads import payload_for_name
 from moireid.badge import Badge
 from moireid.designer import Order, design_badge, payload_from_hex
 from moireid.question import KnownCamera
+from moireid.verifier.fringes import strip_law
 from moireid.verifier.fringes.signals import measure
 from moireid.verifier.identity.cell_phase import uniform_fields
 from moireid.verifier.identity.cell_slip import CellMotion
@@ -328,3 +329,20 @@ def test_cells_move_as_far_as_their_rows_and_no_further(whole, typical, sd, leve
     assert reason.limit == {0.3: 0.4, 0.5: 0.6, 1.5: 1.25}.get(whole, 1 - max(0.06, 3 * sd))
     assert ("stay still" in reason.text) == (level == "fail") and ("together" in reason.text) == (level == "pass")
     assert _cells_move(CellMotion(whole, typical, sd), None) == _cells_move(None, "0123456789abcdef") == ()
+
+
+def test_frames_beyond_the_law_judge_no_part(ada: Badge, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Catches: motion, places, rows or the code's cells that are judged by the value at the law's edge."""
+    monkeypatch.setattr(strip_law, "MAX_TANGENT", 0.2)
+    track = filmed(ada, TYPICAL)
+    beyond = ~strip_law.within_law(track.strips, course(ada))
+    assert 15 < beyond.sum() < 45
+    for index, profile in enumerate(track.profiles):
+        # A third of each strip moves by itself, and so does every third strip.
+        own = slice(0, None if index % 3 == 0 else profile.shape[1] // 3)
+        profile[beyond, own] = np.roll(profile[beyond, own], 6, axis=1)
+    found = measure(track, camera=KnownCamera(FOCAL))
+    signal = found.gratings[0]
+    assert np.isinf(signal.phase_sd_rad[beyond]).all() and np.isfinite(signal.phase_sd_rad[~beyond]).mean() > 0.95
+    assert signal.place_residual_rad.max() < 0.02 and signal.strip_residual_rad.max() < 0.02
+    assert read_identity(track, found).rows_apart.second < 0.05

@@ -15,7 +15,7 @@ from moireid.badge import Badge, Grating
 from moireid.verifier import measuring
 from moireid.verifier.fringes.beyond_phase import depth_law
 from moireid.verifier.fringes.place_map import PlaceMap, knots_mm, seen_map, still_shift
-from moireid.verifier.fringes.strip_law import air_law, strip_law
+from moireid.verifier.fringes.strip_law import air_law, strip_law, within_law
 from moireid.verifier.fringes.strip_phase import StripPhase, measure_strip
 from moireid.verifier.fringes.strip_shape import places_apart_rad, strip_shape
 from moireid.verifier.tracking.track import Track
@@ -55,7 +55,8 @@ def _measured_strip(track: Track, badge: Badge, index: int, camera_mm: Array, ma
     band = search_band_per_mm(badge, badge.gratings[strip.grating], strip.cells[0])
     profiles = track.profiles[index].astype(float)
     found = measure_strip(profiles, law, strip.length_mm, band)
-    shape = strip_shape(profiles, law, found)
+    known = within_law(track.strips, camera_mm)
+    shape = strip_shape(profiles, law, replace(found, phase_sd_rad=np.where(known, found.phase_sd_rad, np.inf)))
     predicted = law.middle_phase_rad(found.frequency_per_mm)
     camera = (strip.frame.places(camera_mm[:, :2]) / np.abs(camera_mm[:, 2:])).T
     middle = np.array([[strip.middle_mm], [strip.across_mm]]) / np.abs(camera_mm[:, 2])

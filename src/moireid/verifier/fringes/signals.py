@@ -182,8 +182,8 @@ def _grating_signal(
     tangent_error = max(poses.enlarged * _after_smoothing(jitter, whole, rounding), slow)
     air = air_law(badge.lens, grating.pitch_mm, *tangents.T)
     slope = 2 * np.pi * badge.lens.thickness_mm / badge.lens.refractive_index / grating.pitch_mm
-    signal = _combine(own, slope * tangent_error, track.times_s, poses.stretch, air)
     known = within_law(track.strips, poses.camera_mm) & poses.good
+    signal = _combine(own, slope * tangent_error, track.times_s, poses.stretch, air, known)
     sd = np.where(known, signal.phase_sd_rad, np.inf)
     if track.vague is not None:
         # `pose_sd_rad` is the error of a typical frame; a frame with a worse pose gets a larger error bar.
@@ -310,8 +310,9 @@ def _combine(
     times_s: Array,
     stretch: NDArray[np.int64],
     air_rad: Array,
+    known: NDArray[np.bool_],
 ) -> GratingSignal:
-    """One signal from several strips.
+    """One signal from several strips, which are compared in the frames that are known.
 
     Strips of another pitch move a little faster or slower; `gain` scales each to the mean strip.  Offsets and signal
     are estimated in turn, on the circle, so that no strip must be unwrapped by itself.
@@ -339,6 +340,7 @@ def _combine(
     total = weight.sum(axis=0)
     with np.errstate(divide="ignore"):
         phase_sd = np.where(total > 0, 1 / np.sqrt(total), np.inf)
+    weight = weight * known
     turned = less_uneven_air(turned, weight, common, air_rad)
     wander = np.sqrt((weight * turned**2).sum(axis=1) / np.maximum(weight.sum(axis=1), 1e-12))
     strip_sd = np.array(

@@ -26,7 +26,7 @@ from moireid.layers import is_smooth
 from moireid.verifier import limits, measuring
 from moireid.verifier.fringes.signals import Measurement
 from moireid.verifier.fringes.sinusoid import Complex
-from moireid.verifier.fringes.strip_law import strip_law
+from moireid.verifier.fringes.strip_law import strip_law, within_law
 from moireid.verifier.fringes.strip_phase import StripPhase
 from moireid.verifier.identity.cell_slip import RowMotion, row_motion
 from moireid.verifier.identity.cell_waveform import (
@@ -64,8 +64,7 @@ class Field:
 
     clock_rad (T,): measured less predicted motion, with the sheet's offset; twist_rad_per_mm: phase slope along the
     lenses; level, contrast (T,): of the picture, counts; frequency_per_mm: of the reference cells; middle_mm: across;
-    read (T,):
-    frames in which a row shows its phase, without which no cell can be read.
+    read (T,): frames in which a row shows its phase, without which no cell can be read, and that the law covers.
     """
 
     clock_rad: Array
@@ -261,10 +260,11 @@ def uniform_fields(track: Track, measurement: Measurement, grating: int) -> list
     frequency = float(np.mean([row.frequency_per_mm for row in reference]))
     share = weight / np.maximum(weight.sum(axis=0), 1e-12)
     level, contrast = ((share * np.array([getattr(row, n) for row in rows])).sum(axis=0) for n in ("level", "contrast"))
+    read = weight.any(axis=0) & within_law(track.strips, measurement.camera_mm)
     fields = []
     for twist in _twists(apart, across, weight, 2 * math.pi / badge.lens.pitch_mm):
         clock = np.angle((weight * np.exp(1j * (apart - twist * across[:, None]))).sum(axis=0))
-        fields.append(Field(clock, twist, level, contrast, frequency, middle, np.asarray(weight.any(axis=0), bool)))
+        fields.append(Field(clock, twist, level, contrast, frequency, middle, read))
     return fields
 
 
