@@ -47,6 +47,8 @@ from moireid.verifier.measuring import (
 
 Array = NDArray[np.float64]
 Numbers = NDArray[np.int64]
+#: Within this change of the focal length's logarithm, refined poses are still near.
+NEARBY_ZOOM = 0.15
 SHUTTER = Unknown(0.0, SHUTTER_MAX_S, SHUTTER_PRIOR_S, SHUTTER_PRIOR_SD_S, 0.003)
 BENDS = [
     Unknown(-most, most, 0.0, sd, step, heavy=True)
@@ -376,13 +378,17 @@ class FilmCamera:
         )
         return np.asarray(points)
 
-    def _errors(self, **others: Any) -> Array:
+    def _errors(self, *, log_focal: float | None = None, **others: Any) -> Array:
         """Reprojection errors (T,) px of the chosen frames; others: as `_flat`.
 
         What is not given keeps its present estimate.
         """
-        points, zoom = self._flat(self._chosen, **others), self.focal / self._start_focal
-        return self._near.least_error_px(points, zoom, self.focal, self._centre)
+        focal = self.focal if log_focal is None else math.exp(log_focal)
+        points = self._flat(self._chosen, **others)
+        zoom = focal / self._start_focal
+        if abs(math.log(zoom)) > NEARBY_ZOOM:
+            return self._moved_poses(points, focal, self._centre).least_error_px
+        return self._near.least_error_px(points, zoom, focal, self._centre)
 
     def _settle(self) -> None:
         """Refine the poses at the present estimates, as the start of the next search."""

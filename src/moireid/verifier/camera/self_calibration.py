@@ -1,8 +1,8 @@
 """Solve what is the same in all frames: focal length, rolling-shutter time, distortion, and the print's shape.
 
-1. The page's twist alone, which hides all else: a start, for which some frames are enough.
+1. The print's aspect alone, and then the page's twist: each hides all else.  They are starts; some frames are enough.
 2. In which direction does the shutter run through the picture?  Tested at its usual time.
-3. All together, from a weak barrel; from others too, where it leaves errors that last.
+3. All together, from a lens without distortion and from a barrel.
 4. If the focal length is far from its prior, estimate it again on a steady camera path (`smoothing`).
 5. If a tremor hides between the frames, rows are less precise than they seem: estimate all again with that slack.
 6. Error bars cover the other solutions, as far as the film leaves them likely.
@@ -20,8 +20,8 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.verifier.camera.fast_poses import NearPoses, lasting_error_px
-from moireid.verifier.camera.film_camera import AXIS_AT, BEND_AT, STRETCH, TWIST, FilmCamera
+from moireid.verifier.camera.fast_poses import NearPoses
+from moireid.verifier.camera.film_camera import AXIS_AT, BEND_AT, PRINT, STRETCH, TWIST, FilmCamera
 from moireid.verifier.camera.map_search import SPARE_PER_FRAME, minimise, posterior, repeated, step_together
 from moireid.verifier.camera.page_speed import hidden_speed_px_s
 from moireid.verifier.camera.plane_pose import ClosedForm, closed_form, point_error_px, start_poses
@@ -44,13 +44,11 @@ NEARBY_STEPS, SETTLED, MOST_SETTLED = 2.0, 0.05, 60
 #: Another start is tried if its axis is this far from the middle, in long sides, or its pixels are stretched by so
 #: much, and if it leaves at most so many times what the search from the middle left.
 AXIS_FAR_SHARE, STRETCH_FAR_LOG, NEARLY_AS_GOOD = 0.03, 0.004, 2.0
-#: A page's twist hides all else if the errors fall to this share, or less, once it is taken away.
+#: A print's aspect hides all else if the errors fall to this share, or less, once it is taken away.
 HIDING_SHARE = 0.7
-#: Distortion to search from: between a lens without any and a webcam's barrel, as each is far from where a search from
-#: the other ends.  From it and the guessed focal length, k1 of -0.4 to 0.2 and 0.5 to 1.6 long sides are found.
-FIRST_BEND = (-0.2, 0.0)
-#: Others, which are tried where the errors that last are larger than noise: none, and a webcam's two usual ones.
-OTHER_BENDS = ((0.0, 0.0), (-0.4, 0.0), (-0.1, -0.6))
+#: Distortions to search from: none, and a webcam's barrel, as minima of one are far from the other.  From either of
+#: them, and the guessed focal length, k1 of -0.4 to 0.2 and focal lengths of 0.5 to 1.6 long sides are found.
+BENDS_TRIED = (0.0, -0.3)
 #: A hidden tremor counts from this share of the mean square of what is left; more than this share it cannot be, as
 #: registration has noise of its own.  Set by hand.
 LEAST_HIDDEN, MOST_HIDDEN = 0.1, 0.75
@@ -86,7 +84,7 @@ class FilmWide(FilmCamera):
 
     def _begin_from(self, few: FilmWide) -> None:
         """Take over what was estimated from fewer frames, as a start."""
-        for name in ("print_aspect", "twist", "_twisted", "_rows", "shutter_s", "focal", "bend", "axis", "stretch"):
+        for name in ("print_aspect", "twist", "_twisted"):
             setattr(self, name, getattr(few, name))
 
     def _untwist(self) -> None:
@@ -101,15 +99,13 @@ class FilmWide(FilmCamera):
 
     def _count_once(self) -> None:
         """Estimate all again, with errors that last over some frames counted once; nothing, where few do."""
-        repeats = repeated(self._near.residuals_px(*self._now()))
+        before = self._at()
+        points, focal, centre = self._seen(before, [], before[[]])
+        repeats = repeated(self._near.residuals_px(points, focal / self._start_focal, focal, centre))
         if repeats < LEAST_REPEATED:
             return
         self._repeats = repeats
         self._solve_again()
-
-    def _now(self) -> tuple[Array, float, float, tuple[float, float]]:
-        """The chosen frames' points and camera as estimated now, as `NearPoses.residuals_px` takes them."""
-        return self._flat(self._chosen), self.focal / self._start_focal, self.focal, self._centre
 
     def _solve_again(self) -> None:
         """Estimate all again; a focal length of a steady path stays, with its error bar."""
@@ -218,13 +214,14 @@ class FilmWide(FilmCamera):
     def _solved_from_the_middle(self) -> list[FilmWide]:
         """The solutions by steps 1 to 4, the likeliest first."""
         few = self.of_fewer()
-        few._untwist()  # 1
-        found = few._solved_from_bends() if not self._known else [few._solved_from_bend(self.bend)]  # 2, 3
+        few._unhide()  # 1
+        few._untwist()
+        self._begin_from(few)
         tried = []
-        for one in found:
+        for bend in (None,) if self._known else BENDS_TRIED:
             film = copy.copy(self)
-            film._begin_from(one)
-            film._solve_together()
+            film.bend = self.bend if bend is None else np.array([bend, 0.0])
+            film._solve_with_rows()  # 2, 3
             tried.append(film)
         tried = _likeliest(tried)
         far = abs(math.log(tried[0].focal / self._guess)) > FOCAL_FAR_SDS * FOCAL_PRIOR_SD_LOG
@@ -232,20 +229,6 @@ class FilmWide(FilmCamera):
             tried[0]._solve_steadily(self._zoom().alone)  # 4
         # The misfit of free tilts, from which the others come, is none of a steady path's.
         return tried[:1] if tried[0]._steadied else tried
-
-    def _solved_from_bends(self) -> list[FilmWide]:
-        """The solution from the first distortion; and from others, where it leaves errors that last."""
-        first = self._solved_from_bend(np.array(FIRST_BEND))
-        left, numbers = first._near.residuals_px(*first._now()), np.asarray(np.cumsum(self.cuts), np.int64)
-        lasting, noise = lasting_error_px(left, self._times[self._chosen], numbers[self._chosen])
-        others = OTHER_BENDS if lasting > noise else ()
-        return [first, *(self._solved_from_bend(np.array(bend)) for bend in others)]
-
-    def _solved_from_bend(self, bend: Array) -> FilmWide:
-        film = copy.copy(self)
-        film.bend = bend
-        film._solve_with_rows()
-        return film
 
     def _solve_with_rows(self) -> None:
         """Estimate all together; where the camera is not yet right, the direction of the shutter is estimated badly, so
@@ -268,6 +251,12 @@ class FilmWide(FilmCamera):
             share = 1 / (1 + math.exp(min(0.5 * (film._cost(scale) - self._cost(scale)), 50.0)))
             apart = np.where(np.diag(self.covariance) > 0, film._at() - self._at(), 0.0)
             self.covariance += share * np.outer(apart, apart)
+
+    def _unhide(self) -> None:
+        """Take a print's aspect for a start that takes much of the errors away; less may be noise."""
+        found, _ = minimise(lambda x: self._errors(shutter_s=0.0, print_aspect=x), *PRINT.alone)
+        left, before = (float(np.median(self._errors(shutter_s=0.0, print_aspect=x))) for x in (found, 0.0))
+        self.print_aspect = found if left < HIDING_SHARE * before else 0.0
 
     def _solve_together(self, *, zoom: bool = True) -> None:
         """Estimate all unknowns by repeated joint searches; zoom: the focal length too, if it was not given."""
