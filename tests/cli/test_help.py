@@ -9,7 +9,7 @@ import click
 import pytest
 from click.testing import CliRunner
 
-from moireid.cli.main import ELSEWHERE, OF_LAB, moireid
+from moireid.cli.main import ELSEWHERE, OF_LAB, _installed, main, moireid
 from moireid.cli.removed import REMOVED
 from moireid.simulate.cameras import CAMERAS
 from moireid.simulate.effects.table import KINDS
@@ -39,6 +39,19 @@ def test_help_fits_a_terminal_and_no_summary_is_cut(words: tuple[str, ...]) -> N
     assert CliRunner().invoke(moireid, [*words, "-h"], terminal_width=80).output == done.output
 
 
+@pytest.mark.parametrize("words", [(), ("registry",), ("attest",)], ids=" ".join)
+def test_a_group_without_a_command_prints_its_help(
+    words: tuple[str, ...], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Catches: the help as one line without breaks."""
+    monkeypatch.setattr("sys.argv", ["moireid", *words])
+    with pytest.raises(SystemExit) as left:
+        main()
+    said = capsys.readouterr()
+    assert left.value.code == 2 and said.out == ""
+    assert said.err == CliRunner().invoke(moireid, [*words, "--help"], prog_name="moireid").stdout
+
+
 @pytest.mark.parametrize("name", OF_LAB)
 def test_commands_of_the_lab_are_also_called_without_its_name(name: str) -> None:
     """Catches: `moireid bench` that is gone, or listed next to `moireid lab bench`."""
@@ -53,6 +66,7 @@ def test_a_command_that_is_not_installed_names_what_to_install(
 ) -> None:
     """Catches: 'no such command' for one that the guides describe."""
     monkeypatch.setattr("importlib.metadata.entry_points", lambda **_: [])
+    monkeypatch.setattr("moireid.cli.main._installed", _installed.__wrapped__)
     done = CliRunner().invoke(moireid, [command, "--help"])
     assert done.exit_code != 0 and f"needs {distribution}, which is not installed; install it with: " in done.stderr
     helped = CliRunner().invoke(moireid, ["--help"]).stdout

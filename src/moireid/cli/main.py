@@ -6,6 +6,7 @@ import io
 import os
 import pkgutil
 import sys
+from functools import cache
 from typing import TYPE_CHECKING, NoReturn
 
 import click
@@ -108,6 +109,7 @@ class Sections(click.Group):
         return command.get_short_help_str(limit=80) if command else ""
 
 
+@cache
 def _installed() -> dict[str, EntryPoint]:
     """Where the commands are, by name: those of other distributions, and this package's own."""
     from importlib.metadata import EntryPoint, entry_points
@@ -166,7 +168,8 @@ def _run(command: click.Command, name: str) -> None:
         sys.stdout.flush()
         sys.exit(code)
     except click.exceptions.NoArgsIsHelpError as error:
-        _leave(error.format_message(), BAD_INPUT)
+        click.echo(error.format_message(), err=True)
+        _leave("", BAD_INPUT)
     except click.UsageError as error:
         at = f"{error.ctx.command_path} --help" if error.ctx else f"{name} --help"
         _leave(f"error: {error.format_message()} See '{at}'.", BAD_INPUT)
