@@ -115,6 +115,35 @@ def test_phase_law_is_what_the_lenses_sample_off_the_printed_lines(rear: float) 
     assert np.exp(1j * law) == pytest.approx(np.exp(1j * page_phase), abs=1e-9)
 
 
+@pytest.mark.claim(
+    "The published law is that of two gratings seen by a pinhole, and ends where the badge turns in its place"
+)
+def test_the_published_law_is_that_of_two_gratings_seen_by_a_pinhole() -> None:
+    """Catches: a factor 1 + g/D that counts twice, a turn of the camera that moves fringes, or one of the badge that
+    does not.  Second route: sight lines in the plane, from a pinhole to both layers."""
+    gap, focal = 1.0, 1450.0
+
+    def seen(camera: tuple[float, float], camera_turn: float = 0.0, badge_turn: float = 0.0) -> tuple[float, float]:
+        """Where the badge's middle is in the picture, in px, and the phase of the fringes there."""
+        across, away = camera
+        pixel = focal * math.tan(math.atan2(-across, away) + camera_turn)
+        own = math.atan2(across, away) - badge_turn
+        return pixel, 2 * math.pi * -gap * math.tan(own) / REAR
+
+    pixels, phases = np.transpose([seen((across, 700 + 5 * across)) for across in range(-60, 61, 20)])
+    slope = np.diff(phases) / np.diff(pixels)
+    assert slope == pytest.approx(2 * math.pi * gap / (REAR * focal), rel=1e-9)
+    # Counted from the page, the distance has the published factor.
+    page, front = 501.0, 500.0
+    assert 2 * math.pi * gap / (REAR * page) * (1 + gap / front) == pytest.approx(-seen((1.0, front))[1], rel=1e-12)
+    still, turned, leaning = seen((0.0, 900.0)), seen((0.0, 900.0), camera_turn=0.01), seen((0.0, 900.0), 0.0, 0.017453)
+    assert turned[1] == still[1] and turned[0] - still[0] == pytest.approx(14.5, abs=0.01)
+    assert leaning[0] == still[0] and leaning[1] - still[1] == pytest.approx(0.211, abs=0.001)
+    # Lines that are shifted by d move the fringes 42 times as far.
+    magnified = float(optics.beat_period_mm(optics.beat_frequency_per_mm(FRONT, REAR))) / REAR
+    assert magnified == pytest.approx(FRONT / (REAR - FRONT), rel=1e-12) == pytest.approx(42.33, abs=0.01)
+
+
 @pytest.mark.parametrize("beat", [-1 / FRONT, -5.0, math.nan, -math.inf])
 def test_a_beat_that_no_pitch_makes_is_refused(beat: float) -> None:
     """Catches: a negative, infinite or NaN pitch handed back as if lines could be drawn with it."""
