@@ -25,6 +25,18 @@ Part = dict[str, Any]
 #: Where a wheel's tool (auditwheel, delocate, delvewheel) puts libraries of others.
 LIBRARIES = re.compile(r"(^|/)[^/]+\.(libs|dylibs)/[^/]+\Z")
 FFMPEG = "https://ffmpeg.org/"
+#: Licences of packages whose metadata names none by SPDX's identifiers: by the licence file in each, or of the source.
+LICENCES = {
+    "asttokens": "Apache-2.0",
+    "cadquery-ocp": "Apache-2.0",
+    "dlib-bin": "BSL-1.0",
+    "ocpsvg": "Apache-2.0",
+    "partd": "BSD-3-Clause",
+    "resvg_py": "MIT",
+    "uharfbuzz": "Apache-2.0",
+}
+#: The encoders in PyAV's wheel that are under the GPL; its FFmpeg reports itself as under the LGPL.
+GPL = ("libx264", "libx265")
 #: The library of the studio's pages, from where the list is.
 THREE = Path("src/moireid_studio/static/three.js")
 
@@ -43,13 +55,19 @@ def hashed(*digests: str) -> list[dict[str, str]]:
     return [{"alg": "SHA-256", "content": digest} for digest in digests]
 
 
+def licensed(identifier: str) -> list[Part]:
+    """A licence as CycloneDX writes it."""
+    return [{"license": {"acknowledgement": "declared", "id": identifier}}]
+
+
 def libraries(part: Part) -> list[Part]:
     """The shared libraries of others in an installed wheel, by name."""
     found = []
     for path in importlib.metadata.files(part["name"]) or ():
         if LIBRARIES.search(str(path)) and path.hash is not None:
             digest = base64.urlsafe_b64decode(path.hash.value + "=" * (-len(path.hash.value) % 4)).hex()
-            found.append({"type": "file", "name": path.name, "hashes": hashed(digest)})
+            own = {"licenses": licensed("GPL-2.0-or-later")} if path.name.startswith(GPL) else {}
+            found.append({"type": "file", "name": path.name, "hashes": hashed(digest), **own})
     return sorted(found, key=lambda one: str(one["name"]))
 
 
@@ -71,6 +89,7 @@ def ffmpeg(part: Part) -> list[Part]:
             "version": version,
             "purl": f"pkg:github/ffmpeg/ffmpeg@n{version}",
             "cpe": f"cpe:2.3:a:ffmpeg:ffmpeg:{version}:*:*:*:*:*:*:*",
+            "licenses": licensed("LGPL-3.0-or-later" if part["name"] == "av" else "LGPL-2.1-or-later"),
             "externalReferences": [{"type": "website", "url": FFMPEG}],
             "components": inside,
         }
@@ -109,7 +128,7 @@ def three(library: Path) -> Part:
         "name": "three",
         "version": version,
         "purl": f"pkg:npm/three@{version}",
-        "licenses": [{"license": {"acknowledgement": "declared", "id": "MIT"}}],
+        "licenses": licensed("MIT"),
         "hashes": hashed(hashlib.sha256(content).hexdigest()),
     }
 
@@ -120,6 +139,8 @@ def main() -> None:
     for part in parts["components"]:
         name = re.sub(r"[-_.]+", "-", part["name"]).lower()
         part["hashes"] = hashed(*digests[name, part["version"]])
+        if not part.get("licenses"):
+            part["licenses"] = licensed(LICENCES[part["name"]])
         if inside := [*ffmpeg(part), *libraries(part)]:
             part["components"] = inside
     if (library := path.parent / THREE).is_file():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import tomllib
 
@@ -61,3 +62,13 @@ def test_the_locks_name_all_that_the_project_asks_for(everything: dict[str, tupl
     """Catches: a dependency that was added without `make lock`."""
     for folder in DISTRIBUTIONS:
         assert wanted(folder, development=True) <= set(everything)
+
+
+@pytest.mark.parametrize("parts", ["locks/moireid.cdx.json", "studio/moireid-studio.cdx.json"])
+def test_every_part_has_a_licence(parts: str) -> None:
+    """Catches: a package whose metadata names none, or the encoders under the GPL in PyAV's wheel without theirs."""
+    listed = json.loads((ROOT / parts).read_text(encoding="utf-8"))["components"]
+    assert [part["name"] for part in listed if not part.get("licenses")] == []
+    inside = {one["name"].partition("-")[0]: one for part in listed for one in part.get("components", ())}
+    for name in {"libx264", "libx265"} & inside.keys():
+        assert inside[name]["licenses"][0]["license"]["id"] == "GPL-2.0-or-later"
