@@ -104,6 +104,21 @@ def test_every_link_leads_to_a_file() -> None:
     assert gone == []
 
 
+def test_every_option_and_test_that_is_named_is_there() -> None:
+    """Catches: in running text, an option that no program takes any more, or a test that was renamed."""
+    files = [ROOT / name for name in tracked_files() if name.endswith((".py", "run"))]
+    source = "".join(file.read_text(encoding="utf-8") for file in files)
+    # One of them is pip's.
+    options, tests = {"--no-deps", *re.findall(r"--[a-z][\w-]+", source)}, set(re.findall(r"def (test_\w+)", source))
+    gone = []
+    for page in PAGES + READ_THERE:
+        spans = " ".join(re.findall(r"`([^`\n]+)`", page.read_text(encoding="utf-8")))
+        gone += [f"{page.name}: {one}" for one in re.findall(r"(?<![\w-])--[a-z][\w-]+", spans) if one not in options]
+        named = re.findall(r"\btest_\w+\b(?!\.py|/)", spans)
+        gone += [f"{page.name}: {one}" for one in named if one not in tests]
+    assert gone == []
+
+
 @pytest.mark.slow
 def test_every_reason_code_is_told_and_no_other() -> None:
     """Catches: a finding that nobody documented, and a code on the page that no film can get any more."""
