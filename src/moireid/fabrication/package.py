@@ -14,15 +14,7 @@ from moireid.badge import Badge
 from moireid.dots import on_dots
 from moireid.fabrication.assembly.assembly_words import BuildPlan, Maker
 from moireid.fabrication.assembly.guide import DrawnMounts, write_assembly_pdf
-from moireid.fabrication.mount_parts import (
-    ACRYLIC_FILES,
-    GLB_FILE,
-    PRINTED_FILES,
-    Parts,
-    plan_parts,
-    shape_parts,
-    write_parts,
-)
+from moireid.fabrication.mount_parts import PART_FILES, Parts, plan_parts, shape_parts, write_parts
 from moireid.fabrication.page.pdf import write_badge_pdf
 from moireid.fabrication.page.preview import write_preview, write_worn
 from moireid.fabrication.process_figures import MountFigures
@@ -35,8 +27,6 @@ if TYPE_CHECKING:
 #: The moving preview.
 MOVING = "preview.webp"
 _SHEETS = ("badge.pdf", "preview.png", MOVING, "assembly.pdf")
-#: Files that a badge's folder has only with some mounts.
-PART_FILES = (*PRINTED_FILES, *ACRYLIC_FILES, GLB_FILE)
 
 
 @dataclass(frozen=True)
@@ -226,7 +216,8 @@ def leftover_parts(folder: Path, parts: Parts, owner_file: str) -> tuple[Path, .
     """
     if not (folder / owner_file).is_file():
         return ()
-    return tuple(folder / name for name in PART_FILES if name not in parts.files and (folder / name).is_file())
+    found = sorted(path for pattern in PART_FILES for path in folder.glob(pattern) if path.is_file())
+    return tuple(path for path in found if path.name not in parts.files)
 
 
 def badge_file(badge: Badge) -> str:

@@ -89,7 +89,9 @@ def needs(build: BuildPlan) -> list[str]:
         extra = lanyard if build.mount in ("lanyard", "holder") else ""
         second = {"clip": ", with its clip", "stand": ", with its stand"}.get(build.mount, "")
         what = "snap-in holder" if build.mount == "holder" else "mount"
-        found.append(f"The {what}, 3D-printed from mount.3mf or mount.stl as it lies, without supports{second}{extra}")
+        found.append(
+            f"The {what}, 3D-printed from mount.3mf, or from mount*.stl, as it lies, without supports{second}{extra}"
+        )
     tape = "" if build.glued else ", clear tape"
     found.append(f"A ruler of 15 cm or more, a sharp knife{tape}, and a phone that films")
     if (count := len(sheet_pieces(badge))) > 1 and badge.lens.kind != "mask":
@@ -278,7 +280,7 @@ def acrylic(plan: AcrylicPlan) -> list[str]:
     plates = ", ".join(f"{plate.name} {plate.thickness_mm:g} mm" for plate in plan.plates if plate.name != "lips")
     layers = f"{plan.layers} more pieces of the card, cut as the badge, below it. " if plan.layers else ""
     return [
-        f"Laser-cut from acrylic.dxf or acrylic.svg, of clear acrylic: {plates}",
+        f"Laser-cut from acrylic.dxf or acrylic.svg, a colour a stock (or a file a stock), of clear acrylic: {plates}",
         f"And the lips, of clear polyester film (PET), {plan.lips.thickness_mm:g} mm thick; never of PVC, whose smoke "
         "is poisonous",
         f"{len(plan.screws)} button-head screws M3 × {screw_length_mm(plan)} (ISO 7380) with nuts",
