@@ -46,7 +46,7 @@ class Step:
 class BuildPlan:
     """What is built: the badge, the printed mount's kind ("none" without one), the acrylic stack, and its makers.
 
-    mount_plan: of the printed mount, None without one.
+    mount_plan: of the printed mount, None without one; for_all: the badge is one of a list that share the sheet.
     """
 
     badge: Badge
@@ -55,6 +55,7 @@ class BuildPlan:
     figures: MountFigures
     maker: Maker
     mount_plan: MountPlan | None = None
+    for_all: bool = False
 
     @property
     def slots(self) -> int:
@@ -124,8 +125,9 @@ def settings(build: BuildPlan) -> list[tuple[str, str]]:
     paper = {"letter": "US Letter"}.get(str(print_data.get("paper", "a4")), str(print_data.get("paper", "a4")).upper())
     way = "upright (portrait)" if build.badge.page_mm[0] <= build.badge.page_mm[1] else "lying (landscape)"
     film = build.badge.lens.kind == "mask"
+    printed = "badges.pdf" if build.for_all else "badge.pdf, page 1"
     return [
-        ("File", "badge.pdf, page 1" + (" on card; page 2 on clear film, with the same settings" if film else "")),
+        ("File", printed + (" on card; the mask's page on clear film, with the same settings" if film else "")),
         ("Paper", f"{paper}, {way}, one side; type “heavy” or “card”"),
         ("Scale", "100 %, also called “actual size”. Never “fit to page”"),
         ("Resolution", f"{print_data.get('dpi', 1200)} dpi, best quality; no “draft”, no “toner save”"),
