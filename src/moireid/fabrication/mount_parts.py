@@ -79,7 +79,7 @@ def plan_parts(badge: Badge, mount: str, figures: MountFigures | None = None) ->
         raise FabricationError(f"mount {mount!r} is not known; choose one of {', '.join(MOUNTS)}")
     if mount == "none":
         return Parts("none", None, figures)
-    from moireid.fabrication.acrylic.drawings import draw
+    from moireid.fabrication.acrylic.drawings import check_cuts
     from moireid.fabrication.acrylic.plates import plan_acrylic
     from moireid.fabrication.printed.mount import plan_mount
 
@@ -92,7 +92,8 @@ def plan_parts(badge: Badge, mount: str, figures: MountFigures | None = None) ->
         faults["printed"] = error
     try:
         stack = plan_acrylic(badge, figures.acrylic)
-        draw(stack, figures.acrylic.kerf_mm)
+        for plate in stack.plates:
+            check_cuts(plate, figures.acrylic.kerf_mm)
     except FabricationError as error:
         stack, faults["acrylic"] = None, error
     for shop in ("printed", "acrylic"):

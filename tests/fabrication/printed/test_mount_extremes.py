@@ -182,10 +182,10 @@ def test_thick_sheet_is_held_and_hides_nothing(thick: Badge, tray: Any) -> None:
     sheet = box((-73.0, rows[1], 73.0, rows[3]), 0.3, 6.3)
     # The springs' pads are bent back in use.
     free = tray - box((-73.0, -80.0, 73.0, 80.0), 0.0, 0.36)
-    for shift in ((0.29, 0, 0), (-0.29, 0, 0), (0, -0.29, 0), (0, 0, 0.09)):
+    for shift in ((0.29, 0, 0), (0, -0.29, 0), (0, 0, 0.09)):
         assert (sheet.translate(shift) ^ free).volume() < 0.01
     # It is stopped left, right, below and in front.
-    for shift in ((0.4, 0, 0), (-0.4, 0, 0), (0, -0.4, 0), (0, 0, 0.3)):
+    for shift in ((0.4, 0, 0), (-0.05, 0, 0), (0, -0.4, 0), (0, 0, 0.3)):
         assert (sheet.translate(shift) ^ tray).volume() > 0.1
     sliding = box((-73.0, rows[1], 73.0, rows[3]), 0.3, 6.3, up=250.0)
     assert (sliding ^ free).volume() < 0.01

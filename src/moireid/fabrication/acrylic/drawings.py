@@ -54,10 +54,7 @@ class CuttingDrawing:
 
 
 def draw(plan: AcrylicPlan, kerf_mm: float) -> dict[str, CuttingDrawing]:
-    """The drawings by their files' names, as `AcrylicPlan.drawings`: plates side by side above a scale bar.
-
-    Raises: FabricationError where too little is left between two paths, or a corner has no room for the kerf.
-    """
+    """The drawings by their files' names, as `AcrylicPlan.drawings`: plates side by side above a scale bar."""
     colours = {_layer(stock): colour for stock, colour in zip(plan.stocks, CUTS, strict=False)}
     found = {}
     for name, stocks in plan.drawings.items():
@@ -81,7 +78,6 @@ def _lay(plates: Sequence[Plate], kerf_mm: float, colours: dict[str, tuple[int, 
     for plate in plates:
         paths = plate.cuts(kerf_mm)
         x0, y0, x1, y1 = paths[0].bounds
-        check_cuts(plate.name, paths, kerf_mm)
         cuts.setdefault(_layer(plate.stock), {})[plate.name] = tuple(p.moved(x - x0, floor - y0) for p in paths)
         words.append((x, floor - 2 * CAPITALS_MM, f"{plate.name} {plate.stock.replace('-', ' ')}"))
         x, height = x + x1 - x0 + GAP_MM, y1 - y0
@@ -105,13 +101,13 @@ def _typeface() -> Any:
     return cad_package("ezdxf.fonts.ttfonts").TTFontRenderer(font)
 
 
-def check_cuts(plate: str, paths: Sequence[Contour], kerf_mm: float) -> None:
+def check_cuts(plate: Plate, kerf_mm: float) -> None:
     """Check that some plate is left between any two burnt lines, and that only the first path has others inside.
 
-    Raises: FabricationError where they do.
+    Raises: FabricationError where they do, or a corner has no room for the kerf.
     """
     manifold3d = cad_package("manifold3d")
-    areas = [manifold3d.CrossSection([path.flat()]) for path in paths]
+    areas = [manifold3d.CrossSection([path.flat()]) for path in plate.cuts(kerf_mm)]
     # Half of what must lie between two paths, less a hundredth for the arcs' flat pieces.
     apart = (kerf_mm + LEAST_LAND_MM) / 2 - 0.01
     fat = [area.offset(apart, manifold3d.JoinType.Round) for area in areas[1:]]
@@ -120,7 +116,9 @@ def check_cuts(plate: str, paths: Sequence[Contour], kerf_mm: float) -> None:
     crossing += [k for k, area in enumerate(fat) for other in fat[:k] if (area ^ other).area() > 1e-6]
     if crossing:
         raise refused_drawing(
-            "drawing", f"has paths of the {plate} that overlap or nearly meet", f"{LEAST_LAND_MM:g} mm between them"
+            "drawing",
+            f"has paths of the {plate.name} that overlap or nearly meet",
+            f"{LEAST_LAND_MM:g} mm between them",
         )
 
 

@@ -63,6 +63,11 @@ class BuildPlan:
         return len(self.mount_plan[0].slots) if self.mount_plan else 0
 
     @property
+    def stopped(self) -> bool:
+        """Whether a printed tray's stops set place and angle of page and sheet; pieces that are turned reach none."""
+        return self.mount not in ("none", "holder") and not has_turned(self.badge)
+
+    @property
     def look_m(self) -> float:
         """From how far to look and to film, m: 1 m where the badge is read from there."""
         near, far = self.badge.range_m or (1.0, 1.0)
@@ -156,14 +161,17 @@ def steps(build: BuildPlan) -> list[Step]:
             partial(sketches.cut, badge),
         ),
         Step("Lay", f"Lay {lay}. {free}.", partial(sketches.lay, badge)),
+    ]
+    turn = f"Turn the {front} until the bands are upright" if upright else "Turn it until the bands follow the lines"
+    looks = [
         Step(
-            f"Turn the {front} until the bands are upright" if upright else "Turn it until the bands follow the lines",
-            _seen(build, f"Turn {one} slowly until", bands),
+            "Look at the bands" if build.stopped else turn,
+            _seen(build, "Check that" if build.stopped else f"Turn {one} slowly until", bands),
             partial(sketches.fringes, badge, (sketches.GOOD,)),
         ),
         Step(
             "Do the bands lean?",
-            f"Then the {front} is turned by half a degree or so. Turn it back a very little, until they lean no more.",
+            f"Then the {front} is turned by half a degree or so. {_LEANING_IN_TRAY if build.stopped else _LEANING}",
             partial(sketches.fringes, badge, (sketches.LEANING,)),
         ),
         Step(
@@ -172,8 +180,10 @@ def steps(build: BuildPlan) -> list[Step]:
             f"than its label says, or the print has another size. {_PITCH[build.maker]}",
             partial(sketches.fringes, badge, sketches.PITCH),
         ),
-        _fixed(build, front),
     ]
+    # The stops of a tray set the angle, so that there is nothing to turn.
+    fixed = _fixed(build, front)
+    found += [fixed, *looks] if build.stopped else [*looks, fixed]
     if build.mount == "holder":
         found.append(_pressed(build))
     if build.mount != "none":
@@ -188,6 +198,11 @@ def steps(build: BuildPlan) -> list[Step]:
     ]
 
 
+_LEANING = "Turn it back a very little, until they lean no more."
+_LEANING_IN_TRAY = (
+    "Push card and sheet down and to the left again. If the bands still lean, an edge that lies at a stop is not "
+    "straight: cut the card anew along its marks, or the sheet along a groove between two ribs."
+)
 _LAY = "the lens sheet on the striped field: ribs up, and along the printed lines"
 _LAY_PIECES = "each piece of lens sheet on its striped field: ribs up, and along the printed lines"
 _LAY_MASK = "the acrylic on the striped field, and the film on it, printed side down"
@@ -241,8 +256,9 @@ def _fixed(build: BuildPlan, front: str) -> Step:
         return Step("Glue it", words, partial(sketches.lay, badge))
     if build.mount not in ("none", "holder"):
         words = (
-            f"{taped}Slide card and {front} together into the mount from the top, down to its bottom edge. Springs "
-            "press them on each other; no air may stay between."
+            f"{taped}Slide card and {front} together into the mount from the top. Push both down, and to the left as "
+            "you see them: the stops there set place and angle. Springs press them on each other; no air may stay "
+            "between."
         )
         return Step("Put it into the mount", words + seam, partial(sketches.held, badge, taped=False))
     if build.acrylic and build.mount != "holder":
