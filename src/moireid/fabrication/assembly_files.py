@@ -105,8 +105,7 @@ def read_step(path: Path) -> list[tuple[str, Any, tuple[float, ...] | None]]:
             shapes.GetReferredShape_s(place, part)
             part.FindAttribute(kernel.TDataStd.TDataStd_Name.GetID_s(), name)
             shape, colour = shapes.GetShape_s(part), kernel.Quantity.Quantity_Color()
-            kinds = (xcaf.XCAFDoc_ColorType.XCAFDoc_ColorSurf, xcaf.XCAFDoc_ColorType.XCAFDoc_ColorGen)
-            given = any(colours.GetColor(shape, kind, colour) for kind in kinds)
+            given = colours.GetColor(shape, xcaf.XCAFDoc_ColorType.XCAFDoc_ColorSurf, colour)
             rgb = (colour.Red(), colour.Green(), colour.Blue()) if given else None
             found.append((name.Get().ToExtString(), b3d.Compound.cast(shape), rgb))
     return found

@@ -15,7 +15,7 @@ import math
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache, partial
+from functools import partial
 from pathlib import Path
 from typing import Any
 from xml.sax.saxutils import quoteattr
@@ -27,18 +27,19 @@ from moireid.fabrication.acrylic.plates import AcrylicPlan, Plate
 from moireid.fabrication.dxf_file import sound_dxf, written_dxf
 from moireid.fabrication.process_figures import LEAST_LAND_MM
 from moireid.fabrication.solids import cad_package
-from moireid.fabrication.text.fonts import own_font
+from moireid.fabrication.text.outlines import line_strokes
+from moireid.fabrication.text.shaping import shape_line
 
 #: Colours of what is engraved, and of the stocks in the stack's order: AutoCAD colour index, and the same as SVG.
 #: Each is nearest to another of LightBurn's layers (its documentation, colour palette).
 ENGRAVE = (5, "#0000ff")
 CUTS = ((1, "#ff0000"), (3, "#00ff00"), (6, "#ff00ff"), (4, "#00ffff"))
 ENGRAVED = "ENGRAVE"
-GAP_MM, CAPITALS_MM = 15.0, 3.0
+GAP_MM, LETTERS_MM = 15.0, 4.2
 #: The scale bar is engraved, so that a ruler on the finished plate shows whether a program changed the drawing's size.
 SCALE_MM = 100.0
-#: Rounding error of a coordinate that is written in decimals, and letters' curves as straight pieces, mm.
-ROUNDING_MM, LETTERS_MM = 1e-4, 0.05
+#: Rounding error of a coordinate that is written in decimals, mm.
+ROUNDING_MM = 1e-4
 #: A corner as (x, y, bulge), as `Contour.vertices` gives it.
 Vertex = tuple[float, float, float]
 
@@ -74,31 +75,17 @@ def _lay(plates: Sequence[Plate], kerf_mm: float, colours: dict[str, tuple[int, 
         for k in range(0, int(SCALE_MM) + 1, 10)
     ]
     words = [(GAP_MM, GAP_MM + 6, f"{SCALE_MM:g} mm; kerf {kerf_mm:g} mm is in the paths")]
-    x, floor = GAP_MM, GAP_MM + 7 * CAPITALS_MM
+    x, floor = GAP_MM, GAP_MM + 5 * LETTERS_MM
     for plate in plates:
         paths = plate.cuts(kerf_mm)
         x0, y0, x1, y1 = paths[0].bounds
         cuts.setdefault(_layer(plate.stock), {})[plate.name] = tuple(p.moved(x - x0, floor - y0) for p in paths)
-        words.append((x, floor - 2 * CAPITALS_MM, f"{plate.name} {plate.stock.replace('-', ' ')}"))
+        words.append((x, floor - 1.4 * LETTERS_MM, f"{plate.name} {plate.stock.replace('-', ' ')}"))
         x, height = x + x1 - x0 + GAP_MM, y1 - y0
-    lettered = [stroke for place in words for stroke in _letters(*place)]
+    lettered = [stroke for x0, y0, text in words for stroke in line_strokes(shape_line(text), LETTERS_MM, x0, y0)]
     width = max(x, GAP_MM + max(end for stroke in (*strokes, *lettered) for end, _ in stroke))
     kept = {layer: colours[layer] for layer in cuts}
     return CuttingDrawing(cuts, kept, (*strokes, *lettered), (width, floor + height + GAP_MM))
-
-
-def _letters(x: float, y: float, words: str) -> list[tuple[Point, ...]]:
-    """Outlines of words whose baseline begins at a place, each a closed path, mm."""
-    outlines = _typeface().get_text_glyph_paths(words, CAPITALS_MM)
-    loops = (loop for outline in outlines for loop in outline.sub_paths())
-    return [tuple((x + point.x, y + point.y) for point in loop.flattening(LETTERS_MM, 1)) for loop in loops]
-
-
-@cache
-def _typeface() -> Any:
-    """The letters' shapes."""
-    font = cad_package("fontTools.ttLib").TTFont(own_font("NotoSans", bold=False))
-    return cad_package("ezdxf.fonts.ttfonts").TTFontRenderer(font)
 
 
 def check_cuts(plate: Plate, kerf_mm: float) -> None:
