@@ -1,9 +1,10 @@
-"""What it takes to print each mount: run `moireid lab bench mounts [--only KIND]`.
+"""What it takes to print each part of each mount: run `moireid lab bench mounts [--only KIND]`.
 
-Each mount is sliced by PrusaSlicer as for a common printer (a 0.4 mm nozzle, layers of 0.2 mm, PLA), once plain and
-once with supports wherever the slicer asks for them below 44 degrees from level.  Printed are the time, the plastic,
-how much of it supports would be, and the area of faces that hang in the air as `overhang_mm2` has it; of a snap-in
-holder also the strain of a catch as the badge passes, and the force that pushes a badge out.  Formats are those of
+Each part is sliced by PrusaSlicer as for a common printer (a bed of 250 x 210 mm, a 0.4 mm nozzle, layers of 0.2 mm,
+PLA), once plain and once with supports wherever the slicer asks for them below 44 degrees from level.  Printed are the
+time, the plastic, how much of it supports would be, and the area of faces that hang in the air as `overhang_mm2` has
+it; of a snap-in holder also the strain of a catch as the badge passes, and the force that pushes a badge out.
+Formats are those of
 people's holders; where a mount cannot be made for one, its row gives the reason.
 """
 
@@ -42,7 +43,7 @@ PRINTER = {
     "perimeters": "3",
     "fill-density": "15%",
     "skirts": "0",
-    "bed-shape": "0x0,350x0,350x350,0x350",
+    "bed-shape": "0x0,250x0,250x210,0x210",
 }
 SUPPORTS = ("--support-material", "--support-material-auto", "--support-material-threshold", "44")
 
@@ -59,23 +60,26 @@ def sliced(stl: Path, *more: str) -> tuple[float, str]:
     return length * 3.14159 * 0.875**2 * 1.24e-3, time.group(1).strip() if time else "?"
 
 
-def figures_of(badge: Badge, kind: str, folder: Path) -> Row:
-    """One mount's figures."""
+def figures_of(badge: Badge, kind: str, folder: Path) -> Iterator[Row]:
+    """The figures of one mount's parts."""
     report = write_mount(badge, folder, kind=kind)
-    (plain_g, time), (held_g, _) = sliced(report.stl), sliced(report.stl, *SUPPORTS)
-    return {
-        "on the bed, mm": " x ".join(f"{side:.0f}" for side in report.size_mm),
-        "time": time,
-        "PLA, g": plain_g,
-        "supports, g": held_g - plain_g,
-        "hangs, mm2": sum(overhang_mm2(piece) for piece in trimesh.load_mesh(report.stl).split()),
-        "strain, %": 100 * report.figures["strain"] if kind == "holder" else None,
-        "out, N": report.figures["hold_n"] if kind == "holder" else None,
-    }
+    for stl, body in zip(report.stls, report.bodies, strict=True):
+        (plain_g, time), (held_g, _) = sliced(stl), sliced(stl, *SUPPORTS)
+        sides = zip(body.expected.lower_mm, body.expected.upper_mm, strict=True)
+        yield {
+            "part": body.name,
+            "on the bed, mm": " x ".join(f"{high - low:.0f}" for low, high in sides),
+            "time": time,
+            "PLA, g": plain_g,
+            "supports, g": held_g - plain_g,
+            "hangs, mm2": overhang_mm2(trimesh.load_mesh(stl)),
+            "strain, %": 100 * report.figures["strain"] if kind == "holder" else None,
+            "out, N": report.figures["hold_n"] if kind == "holder" else None,
+        }
 
 
 def rows(wish: Wish) -> Iterator[Row]:
-    """One row a format and mount."""
+    """One row a format, mount and part."""
     wanted = wish.chosen(f"{name} {kind}" for name in FORMATS for kind in KINDS)
     for one in wanted:
         name, kind = one.split()
@@ -84,7 +88,7 @@ def rows(wish: Wish) -> Iterator[Row]:
             row: Row = {"format": name, "mount": kind}
             try:
                 badge = design_badge(Order("Bench", lens=lens, size_mm=size_mm, range_m=range_m), bytes(8))
-                yield row | figures_of(badge, kind, Path(folder))
+                yield from (row | part for part in figures_of(badge, kind, Path(folder)))
             except MoireIdError as error:
                 yield row | {"refused": str(error)}
 
@@ -92,6 +96,7 @@ def rows(wish: Wish) -> Iterator[Row]:
 COLUMNS = {
     "format": "<7",
     "mount": "<8",
+    "part": "<7",
     "on the bed, mm": "<17",
     "time": ">11",
     "PLA, g": ">7.1f",

@@ -59,12 +59,13 @@ def test_a_badge_is_designed_once_and_its_mount_planned_once(
         for path in files:
             path.touch()
         assert plan is not None
-        return MountReport(*files, 2.4e4, (150.0, 170.0, 8.0), 30.0, 0, (), {})
+        return MountReport((files[0],), files[1], 30.0, (), {})
 
     plan = plan_badge(replace(PLAIN, mount="lanyard"))
     monkeypatch.setattr("moireid.fabrication.printed.mount.write_mount", write_mount)
     monkeypatch.setattr("moireid.fabrication.package.shape_parts", lambda *_: NO_SOLIDS)
-    monkeypatch.setattr("moireid.fabrication.assembly.guide._views", lambda *_: [])
+    for name in ("_views", "_draw_parts"):
+        monkeypatch.setattr(f"moireid.fabrication.assembly.guide.{name}", lambda *_: [])
     for name in ("write_assembly_step", "write_glb"):
         monkeypatch.setattr(f"moireid.fabrication.assembly_files.{name}", lambda *given: given[2].touch())
     printed = print_badge(plan.badge, tmp_path / "ada", parts=plan.parts)

@@ -62,23 +62,26 @@ def test_a_stock_slicer_finds_nothing_to_repair(
 ) -> None:
     """Catches: a mesh with holes, turned or flat facets, bodies that a slicer merges, another unit, an empty layer."""
     report = made(badges[front], kind, tmp_path)
-    bodies = 1 if kind in ("lanyard", "holder") else 2
-    for path in (report.stl, report.three_mf):
+    volumes = [body.expected.volume_mm3 for body in report.bodies]
+    assert len(report.stls) == len(volumes) == (1 if kind in ("lanyard", "holder") else 2)
+    # An STL is a part, a 3MF has an object for each.
+    for path, parts in (
+        *((stl, [volume]) for stl, volume in zip(report.stls, volumes, strict=True)),
+        (report.three_mf, volumes),
+    ):
         output = sliced(slicer, "--info", str(path), home=tmp_path)
-        meshes = re.findall(r"^manifold = (\w+)$", output, re.MULTILINE)
-        # An STL is one mesh of two parts, a 3MF has an object for each body.
-        assert meshes == ["yes"] * (bodies if path == report.three_mf else 1), output
-        assert sum(map(int, re.findall(r"number_of_parts = +(\d+)", output))) == bodies, output
+        assert re.findall(r"^manifold = (\w+)$", output, re.MULTILINE) == ["yes"] * len(parts), output
+        assert sum(map(int, re.findall(r"number_of_parts = +(\d+)", output))) == len(parts), output
         assert not [word for word in MENDED if word in output], output
         volume = sum(map(float, re.findall(r"^volume = ([\d.]+)$", output, re.MULTILINE)))
-        assert volume == pytest.approx(report.volume_mm3, rel=0.005)
-        gcode = tmp_path / f"{path.suffix[1:]}.gcode"
+        assert volume == pytest.approx(sum(parts), rel=0.005)
+        gcode = path.with_suffix(".gcode")
         output = sliced(slicer, "--export-gcode", "--output", str(gcode), str(path), home=tmp_path)
         assert not re.search(r"repair|empty layer|error|outside", output, re.IGNORECASE), output
         used = re.search(r"filament used \[mm\] = ([\d.]+)", gcode.read_text())
         assert used is not None
         # Stock filament is 1.75 mm thick.
-        share = float(used.group(1)) * 3.14159 * 0.875**2 / report.volume_mm3
+        share = float(used.group(1)) * 3.14159 * 0.875**2 / sum(parts)
         assert LEAST_SHARE < share < MOST_SHARE, share
 
 
@@ -87,7 +90,7 @@ def test_a_faulty_mesh_is_told(slicer: str, badges: dict[str, Badge], tmp_path: 
     import numpy as np
     import trimesh
 
-    mesh = trimesh.load_mesh(made(badges["lens"], "lanyard", tmp_path).stl)
+    mesh = trimesh.load_mesh(made(badges["lens"], "lanyard", tmp_path).stls[0])
     mesh.update_faces(np.arange(len(mesh.faces)) % 40 != 7)
     mesh.export(tmp_path / "holes.stl")
     output = sliced(slicer, "--info", str(tmp_path / "holes.stl"), home=tmp_path)

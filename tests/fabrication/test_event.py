@@ -130,9 +130,18 @@ def test_the_command_makes_folders_summary_and_records(tmp_path, monkeypatch):
             folder = tmp_path / "event" / row["folder"]
             badge = load_badge(folder / "badge.json")
             assert badge.id == row["id"] and registry.find(row["name"]).badge == badge
-            assert {"badge.pdf", "preview.png", "assembly.pdf"} <= {
-                p.name for p in (tmp_path / "event" / row["folder"]).iterdir()
+            assert {path.name for path in folder.iterdir()} == {
+                "badge.pdf",
+                "badge.json",
+                "preview.png",
+                "preview.webp",
             }
+    # One sheet shows all how to build theirs, and bears no one's name.
+    guide = pdfium.PdfDocument(tmp_path / "event" / "assembly.pdf")
+    words = " ".join(page.get_textpage().get_text_range() for page in guide)
+    assert len(guide) == 3 and "these badges" in words and "badges.pdf" in words
+    assert not any(row["name"] in words or row["id"] in words for row in summary)
+    guide.close()
     again = run(people, tmp_path / "event", "--registry", url)
     assert again.exit_code == 2 and "--overwrite" in again.stderr
 

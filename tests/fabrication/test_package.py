@@ -18,7 +18,6 @@ from click.testing import CliRunner, Result
 
 from moireid.cli.main import moireid
 from moireid.fabrication import package
-from moireid.fabrication.mount_parts import ACRYLIC_FILES, PRINTED_FILES
 
 SHEETS = {"badge.json", "badge.pdf", "preview.png", "preview.webp", "assembly.pdf"}
 
@@ -45,7 +44,7 @@ def test_what_cannot_be_made_is_left_out_and_reported(tmp_path: Path) -> None:
     out = tmp_path / "out"
     outcome = run("Ada", "--out", out, "--front", "mask", "--lens-thickness", "6", "--json")
     assert outcome.exit_code == 0, outcome.output
-    assert names(out) == SHEETS | set(PRINTED_FILES) | {"mount.glb"}
+    assert names(out) == SHEETS | {"mount.step", "mount.stl", "mount.3mf", "mount.glb"}
     notes = [line for line in outcome.stderr.splitlines() if line.startswith("note:")]
     assert (
         len(notes) == 1
@@ -56,7 +55,7 @@ def test_what_cannot_be_made_is_left_out_and_reported(tmp_path: Path) -> None:
     assert list(document["left_out"]) == ["acrylic"] and document["left_out"]["acrylic"] in notes[0]
     assert set(document["files"]) == names(out) and "kerf_mm" not in document["mount_figures"]
     words = words_of(out / "assembly.pdf")
-    assert "mount.stl" in words and "acrylic.dxf" not in words and "M3" not in words
+    assert "mount.3mf" in words and "acrylic.dxf" not in words and "M3" not in words
     # The same spacer with a kerf: somebody wants the stack, and it cannot be.
     refused = run(
         "Ada", "--out", tmp_path / "new", "--front", "mask", "--lens-thickness", "6", "--mount-figure", "kerf_mm=0.2"
@@ -67,12 +66,13 @@ def test_what_cannot_be_made_is_left_out_and_reported(tmp_path: Path) -> None:
 
 def test_files_of_the_badge_before_do_not_stay(tmp_path: Path) -> None:
     """Catches: an old mount next to a new badge that it does not fit, and a stranger's file taken for an old one."""
-    for name in (*PRINTED_FILES, *ACRYLIC_FILES, "mount.glb", "badge.json", "holiday.jpg", "mount.obj"):
+    removed = {"mount.step", "mount.stl", "mount-clip.stl", "mount.3mf", "acrylic.step", "acrylic.svg", "mount.glb"}
+    removed |= {"acrylic-2mm.dxf", "acrylic-film-0.25mm.svg"}
+    for name in (*removed, "badge.json", "holiday.jpg", "mount.obj"):
         (tmp_path / name).write_text("older")
     outcome = run("Ada", "--out", tmp_path, "--mount", "none", "--overwrite", "--json")
     assert outcome.exit_code == 0, outcome.output
     assert names(tmp_path) == SHEETS | {"holiday.jpg", "mount.obj"}
-    removed = {*PRINTED_FILES, *ACRYLIC_FILES, "mount.glb"}
     assert {Path(path).name for path in json.loads(outcome.stdout)["removed"]} == removed
     assert all(f"{name} was removed" in outcome.stderr for name in removed)
 

@@ -20,11 +20,11 @@ from PIL import Image
 from moireid.badge import Badge
 from moireid.errors import FabricationError
 from moireid.fabrication.page.preview import draw_preview
-from moireid.fabrication.part_colours import COLOURS, kind_of, linear_colour
+from moireid.fabrication.part_colours import kind_of, linear_colour
 from moireid.fabrication.sight import half_board_mm
 from moireid.fabrication.solid_parts import SolidPart
 from moireid.fabrication.solids import cad_package, refused
-from moireid.fabrication.step_text import ordered_step, step_colours
+from moireid.fabrication.step_text import ordered_step
 
 METRES_PER_MM = 1e-3
 #: Without it, a STEP file would hold the time of writing, and the same badge would never give the same bytes.
@@ -58,27 +58,57 @@ def check_assembly_step(path: Path, parts: Sequence[SolidPart]) -> None:
 
     Raises: FabricationError with what was found and what is allowed.
     """
-    b3d = cad_package("build123d")
     try:
-        found = [node for node in b3d.import_step(path).descendants if not node.children]
+        found = read_step(path)
     except (ValueError, RuntimeError, OSError) as error:
         raise refused(path.name, "cannot be read back", "a readable file") from error
-    names, wanted = sorted(node.label for node in found), sorted(part.name for part in parts)
+    names, wanted = sorted(name for name, _, _ in found), sorted(part.name for part in parts)
     if names != wanted:
         raise refused(path.name, f"holds the parts {names}", f"{wanted}")
-    by_name = {node.label: node for node in found}
+    by_name = {name: (shape, colour) for name, shape, colour in found}
     for part in parts:
-        node = by_name[part.name]
-        if len(node.solids()) != 1 or not node.is_valid:
+        shape, colour = by_name[part.name]
+        if len(shape.solids()) != 1 or not shape.is_valid:
             raise refused(path.name, f"holds {part.name} not as one valid solid", "one valid solid")
-        if not math.isclose(node.volume, part.shape.volume, rel_tol=STEP_VOLUME_SHARE):
-            raise refused(path.name, f"holds {part.name} with {node.volume:.1f} mm³", f"{part.shape.volume:.1f} mm³")
-    # Of the text: build123d's reader keeps colours by an address that is used again, and now and then tells another's.
-    written = np.reshape(step_colours(path.read_text(encoding="utf-8")), (-1, 1, 3))
-    meant = np.array([COLOURS[kind_of(part.name)][:3] for part in parts]) / 255
-    near = np.abs(written - meant).max(axis=2) <= COLOUR_STEP
-    if not (near.any(axis=0).all() and near.any(axis=1).all()):
-        raise refused(path.name, f"holds the colours {written[:, 0].tolist()}", f"{meant.tolist()}")
+        if not math.isclose(shape.volume, part.shape.volume, rel_tol=STEP_VOLUME_SHARE):
+            raise refused(path.name, f"holds {part.name} with {shape.volume:.1f} mm³", f"{part.shape.volume:.1f} mm³")
+        if colour is None or not np.allclose(colour, tuple(part.shape.color)[:3], atol=COLOUR_STEP):
+            raise refused(path.name, f"holds {part.name} in the colour {colour}", f"{tuple(part.shape.color)}")
+
+
+def read_step(path: Path) -> list[tuple[str, Any, tuple[float, ...] | None]]:
+    """Name, build123d shape, and colour (red, green, blue, linear; None without one) of each part of an assembly.
+
+    By the kernel, as `build123d.import_step` keeps colours by the address of an object that is gone when it asks
+    for the next one, and so gives a part another's colour now and then.
+
+    Raises: ValueError where the file cannot be read.
+    """
+    b3d, kernel = cad_package("build123d"), cad_package("OCP")
+    text, xcaf = kernel.TCollection.TCollection_ExtendedString, kernel.XCAFDoc
+    document, reader = kernel.TDocStd.TDocStd_Document(text("XCAF")), kernel.STEPCAFControl.STEPCAFControl_Reader()
+    reader.SetNameMode(True)
+    reader.SetColorMode(True)
+    if reader.ReadFile(str(path)) != kernel.IFSelect.IFSelect_ReturnStatus.IFSelect_RetDone:
+        raise ValueError(f"{path.name} is no STEP file")
+    reader.Transfer(document)
+    shapes = xcaf.XCAFDoc_DocumentTool.ShapeTool_s(document.Main())
+    colours = xcaf.XCAFDoc_DocumentTool.ColorTool_s(document.Main())
+    roots = kernel.TDF.TDF_LabelSequence()
+    found: list[tuple[str, Any, tuple[float, ...] | None]] = []
+    shapes.GetFreeShapes(roots)
+    for root in roots:
+        places = kernel.TDF.TDF_LabelSequence()
+        shapes.GetComponents_s(root, places)
+        for place in places:
+            part, name = kernel.TDF.TDF_Label(), kernel.TDataStd.TDataStd_Name()
+            shapes.GetReferredShape_s(place, part)
+            part.FindAttribute(kernel.TDataStd.TDataStd_Name.GetID_s(), name)
+            shape, colour = shapes.GetShape_s(part), kernel.Quantity.Quantity_Color()
+            given = colours.GetColor(shape, xcaf.XCAFDoc_ColorType.XCAFDoc_ColorSurf, colour)
+            rgb = (colour.Red(), colour.Green(), colour.Blue()) if given else None
+            found.append((name.Get().ToExtString(), b3d.Compound.cast(shape), rgb))
+    return found
 
 
 def write_glb(

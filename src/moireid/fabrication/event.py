@@ -23,10 +23,17 @@ from typing import Any
 
 from moireid.badge import Badge, Rect
 from moireid.errors import FabricationError
-from moireid.fabrication.assembly.assembly_words import Maker
-from moireid.fabrication.assembly.guide import DrawnMounts
+from moireid.fabrication.assembly.assembly_words import BuildPlan, Maker
+from moireid.fabrication.assembly.guide import write_assembly_pdf
 from moireid.fabrication.mount_parts import Parts, plan_parts, shape_parts, write_parts
-from moireid.fabrication.package import PrintResult, file_names, leftover_parts, made_aside, write_sheets
+from moireid.fabrication.package import (
+    ASSEMBLY,
+    PERSON_FILES,
+    PrintResult,
+    leftover_parts,
+    made_aside,
+    write_sheets,
+)
 from moireid.fabrication.page.canvas import PdfPage
 from moireid.fabrication.page.marks import marks
 from moireid.fabrication.page.pdf import CROP_GAP_MM, draw_board, draw_mask, draw_scale_bars
@@ -188,25 +195,29 @@ def print_event(
     files = event_files(badges, parts)
     stale = leftover_parts(folder, parts, SUMMARY) if overwrite else ()
     with made_aside(folder, files, stale, overwrite=overwrite, kept=kept, before_moving=before_moving) as aside:
-        # The mount is the same for all, and so are its views.
+        # The mount is the same for all, and so is how it is built.
         solids = shape_parts(badges[0], parts)
-        work = partial(_write_person, parts=parts, drawn=solids.drawn, measured_scale=measured_scale, maker=maker)
+        work = partial(_write_person, measured_scale=measured_scale)
         with _shared(work, badges, [aside / name for name in names], processes) as people_made:
             mass_g, mount_figures = write_parts(badges[0], parts, aside, lambda file: None, solids)
+            build = BuildPlan(
+                badges[0], parts.printed, parts.acrylic, parts.figures, maker, parts.mount_plan, for_all=True
+            )
+            write_assembly_pdf(build, aside / ASSEMBLY, solids.drawn)
             sheet_count, to_a_sheet = write_sheets_pdf(badges, aside / SHEETS, measured_scale=measured_scale)
             for done, _ in enumerate(people_made, start=1):
                 if progress:
                     progress(done, len(badges))
         write_text(aside / SUMMARY, _summary(names, badges, parts))
-    files_made = {name: folder / name for name in (SHEETS, SUMMARY, *parts.files)}
+    files_made = {name: folder / name for name in (SHEETS, ASSEMBLY, SUMMARY, *parts.files)}
     folders = tuple(folder / name for name in names)
     return PrintResult(files_made, mass_g, mount_figures, parts.left_out, stale, folders, sheet_count, to_a_sheet)
 
 
 def event_files(badges: Sequence[Badge], parts: Parts) -> list[str]:
     """The files that an event of these badges and parts of a mount has, below its folder."""
-    own = file_names(Parts("none", None, parts.figures))
-    return [*(f"{name}/{file}" for name in _folders(badges) for file in own), *parts.files, SHEETS, SUMMARY]
+    own = [f"{name}/{file}" for name in _folders(badges) for file in PERSON_FILES]
+    return [*own, *parts.files, ASSEMBLY, SHEETS, SUMMARY]
 
 
 def _folders(badges: Sequence[Badge]) -> list[str]:
@@ -214,16 +225,9 @@ def _folders(badges: Sequence[Badge]) -> list[str]:
     return [folder_name(number, badge, digits) for number, badge in enumerate(badges, start=1)]
 
 
-def _write_person(
-    badge: Badge,
-    folder: Path,
-    parts: Parts,
-    drawn: DrawnMounts,
-    measured_scale: tuple[float, float],
-    maker: Maker,
-) -> None:
+def _write_person(badge: Badge, folder: Path, measured_scale: tuple[float, float]) -> None:
     folder.mkdir()
-    write_sheets(badge, folder, parts, drawn, measured_scale=measured_scale, say=lambda file: None, maker=maker)
+    write_sheets(badge, folder, measured_scale=measured_scale, say=lambda file: None)
 
 
 @contextmanager

@@ -26,9 +26,9 @@ if TYPE_CHECKING:
 
 #: Kinds of the printed mount, as `printed.mount.SLOTS`; or none.
 MOUNTS = ("lanyard", "clip", "stand", "holder", "none")
-PRINTED_FILES = ("mount.step", "mount.stl", "mount.3mf")
-ACRYLIC_FILES = ("acrylic.dxf", "acrylic.svg", "acrylic.step")
 GLB_FILE = "mount.glb"
+#: Patterns of the files that a badge's folder has only with some mounts.
+PART_FILES = ("mount.step", "mount*.stl", "mount.3mf", "acrylic*.dxf", "acrylic*.svg", "acrylic.step", GLB_FILE)
 
 
 @dataclass(frozen=True)
@@ -48,9 +48,15 @@ class Parts:
     @property
     def files(self) -> tuple[str, ...]:
         """Names of the files that `write_parts` writes."""
-        printed = PRINTED_FILES if self.printed != "none" else ()
-        cut = ACRYLIC_FILES if self.acrylic else ()
-        return (*printed, *cut, *((GLB_FILE,) if printed or cut else ()))
+        from moireid.fabrication.printed.mount import mount_stls
+
+        found: list[str] = []
+        if self.mount_plan:
+            found += ["mount.step", *mount_stls(self.mount_plan), "mount.3mf"]
+        if self.acrylic:
+            found += [f"{name}.{kind}" for name in self.acrylic.drawings for kind in ("dxf", "svg")]
+            found.append("acrylic.step")
+        return (*found, GLB_FILE) if found else ()
 
 
 def plan_parts(badge: Badge, mount: str, figures: MountFigures | None = None) -> Parts:
@@ -73,7 +79,7 @@ def plan_parts(badge: Badge, mount: str, figures: MountFigures | None = None) ->
         raise FabricationError(f"mount {mount!r} is not known; choose one of {', '.join(MOUNTS)}")
     if mount == "none":
         return Parts("none", None, figures)
-    from moireid.fabrication.acrylic.drawings import draw
+    from moireid.fabrication.acrylic.drawings import check_cuts
     from moireid.fabrication.acrylic.plates import plan_acrylic
     from moireid.fabrication.printed.mount import plan_mount
 
@@ -86,7 +92,8 @@ def plan_parts(badge: Badge, mount: str, figures: MountFigures | None = None) ->
         faults["printed"] = error
     try:
         stack = plan_acrylic(badge, figures.acrylic)
-        draw(stack, figures.acrylic.kerf_mm)
+        for plate in stack.plates:
+            check_cuts(plate, figures.acrylic.kerf_mm)
     except FabricationError as error:
         stack, faults["acrylic"] = None, error
     for shop in ("printed", "acrylic"):
@@ -179,11 +186,11 @@ def write_parts(
     report: MountReport | None = None
     # The drawing is made in milliseconds, the solids take seconds.
     if parts.acrylic:
-        say("acrylic.dxf and acrylic.svg")
-        _write_drawing(parts.acrylic, parts.figures.acrylic.kerf_mm, folder)
+        say(", ".join(name for name in parts.files if name.endswith((".dxf", ".svg"))))
+        _write_drawings(parts.acrylic, parts.figures.acrylic.kerf_mm, folder)
     solids = solids or shape_parts(badge, parts)
     if parts.mount_plan:
-        say("mount.stl and mount.3mf")
+        say(", ".join(name for name in parts.files if name.endswith((".stl", ".3mf"))))
         figures, plan = parts.figures.printed, parts.mount_plan
         report = write_mount(badge, folder, kind=parts.printed, process=figures, plan=plan, bodies=solids.bodies)
     for shop, placed in solids.placed.items():
@@ -195,14 +202,14 @@ def write_parts(
     return report.mass_g if report else None, _figures_of(parts, report)
 
 
-def _write_drawing(stack: AcrylicPlan, kerf_mm: float, folder: Path) -> None:
+def _write_drawings(stack: AcrylicPlan, kerf_mm: float, folder: Path) -> None:
     from moireid.fabrication.acrylic.drawings import check_dxf, check_svg, draw, write_dxf, write_svg
 
-    drawing = draw(stack, kerf_mm)
-    write_dxf(drawing, folder / "acrylic.dxf")
-    check_dxf(folder / "acrylic.dxf", drawing)
-    write_svg(drawing, folder / "acrylic.svg")
-    check_svg(folder / "acrylic.svg", drawing)
+    for name, drawing in draw(stack, kerf_mm).items():
+        write_dxf(drawing, folder / f"{name}.dxf")
+        check_dxf(folder / f"{name}.dxf", drawing)
+        write_svg(drawing, folder / f"{name}.svg")
+        check_svg(folder / f"{name}.svg", drawing)
 
 
 def _figures_of(parts: Parts, report: MountReport | None) -> dict[str, float]:

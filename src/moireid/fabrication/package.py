@@ -13,16 +13,8 @@ from typing import TYPE_CHECKING, Any
 from moireid.badge import Badge
 from moireid.dots import on_dots
 from moireid.fabrication.assembly.assembly_words import BuildPlan, Maker
-from moireid.fabrication.assembly.guide import DrawnMounts, write_assembly_pdf
-from moireid.fabrication.mount_parts import (
-    ACRYLIC_FILES,
-    GLB_FILE,
-    PRINTED_FILES,
-    Parts,
-    plan_parts,
-    shape_parts,
-    write_parts,
-)
+from moireid.fabrication.assembly.guide import write_assembly_pdf
+from moireid.fabrication.mount_parts import PART_FILES, Parts, plan_parts, shape_parts, write_parts
 from moireid.fabrication.page.pdf import write_badge_pdf
 from moireid.fabrication.page.preview import write_preview, write_worn
 from moireid.fabrication.process_figures import MountFigures
@@ -34,9 +26,7 @@ if TYPE_CHECKING:
 
 #: The moving preview.
 MOVING = "preview.webp"
-_SHEETS = ("badge.pdf", "preview.png", MOVING, "assembly.pdf")
-#: Files that a badge's folder has only with some mounts.
-PART_FILES = (*PRINTED_FILES, *ACRYLIC_FILES, GLB_FILE)
+_SHEETS, ASSEMBLY = ("badge.pdf", "preview.png", MOVING), "assembly.pdf"
 
 
 @dataclass(frozen=True)
@@ -148,8 +138,10 @@ def print_badge(
     # badge.json goes last, so that where it exists all other files exist too.
     with made_aside(folder, names, stale, overwrite=overwrite, kept=kept, before_moving=before_moving) as aside:
         solids = shape_parts(badge, parts)
-        how: dict[str, Any] = {"measured_scale": measured_scale, "say": say, "maker": maker}
-        picture = write_sheets(badge, aside, parts, solids.drawn, **how)
+        picture = write_sheets(badge, aside, measured_scale=measured_scale, say=say)
+        say(ASSEMBLY)
+        build = BuildPlan(badge, parts.printed, parts.acrylic, parts.figures, maker, parts.mount_plan)
+        write_assembly_pdf(build, aside / ASSEMBLY, solids.drawn)
         mass_g, mount_figures = write_parts(badge, parts, aside, say, solids, picture)
     return PrintResult({name: folder / name for name in names}, mass_g, mount_figures, parts.left_out, stale)
 
@@ -193,28 +185,15 @@ def made_aside(
 
 
 def write_sheets(
-    badge: Badge,
-    folder: Path,
-    parts: Parts,
-    drawn: DrawnMounts,
-    *,
-    measured_scale: tuple[float, float],
-    say: Callable[[str], None],
-    maker: Maker,
+    badge: Badge, folder: Path, *, measured_scale: tuple[float, float], say: Callable[[str], None]
 ) -> Image.Image:
-    """Write a badge's page, previews, assembly sheet and badge.json; drawn: as `shape_parts` gives it.
-
-    Returns: the board as it was drawn.
-    """
+    """Write a badge's page, previews and badge.json.  Returns: the board as it was drawn."""
     say("badge.pdf")
     write_badge_pdf(badge, folder / "badge.pdf", measured_scale=measured_scale)
     say("preview.png")
     preview = write_preview(badge, folder / "preview.png")
     say(MOVING)
     write_worn(badge, folder / MOVING, preview)
-    say("assembly.pdf")
-    build = BuildPlan(badge, parts.printed, parts.acrylic, parts.figures, maker, parts.mount_plan)
-    write_assembly_pdf(build, folder / "assembly.pdf", drawn)
     write_text(folder / "badge.json", badge_file(badge))
     return preview
 
@@ -226,7 +205,8 @@ def leftover_parts(folder: Path, parts: Parts, owner_file: str) -> tuple[Path, .
     """
     if not (folder / owner_file).is_file():
         return ()
-    return tuple(folder / name for name in PART_FILES if name not in parts.files and (folder / name).is_file())
+    found = sorted(path for pattern in PART_FILES for path in folder.glob(pattern) if path.is_file())
+    return tuple(path for path in found if path.name not in parts.files)
 
 
 def badge_file(badge: Badge) -> str:
@@ -241,4 +221,8 @@ def badge_file(badge: Badge) -> str:
 
 def file_names(parts: Parts) -> list[str]:
     """Names of the files of a badge's folder; badge.json is the last."""
-    return [*_SHEETS, *parts.files, "badge.json"]
+    return [*_SHEETS, ASSEMBLY, *parts.files, "badge.json"]
+
+
+#: Files of each person's folder in an event.
+PERSON_FILES = (*_SHEETS, "badge.json")

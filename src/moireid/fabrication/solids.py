@@ -51,12 +51,11 @@ Corner = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class ExpectedSolid:
-    """What a file must turn out to hold: the CAD volume, the designed bounding box, and the number of solids."""
+    """What a file must turn out to hold: the CAD volume and the designed bounding box."""
 
     volume_mm3: float
     lower_mm: Corner
     upper_mm: Corner
-    solids: int = 1
 
 
 def cad_package(name: str, purpose: str = "a mount, which you may leave out,") -> Any:
@@ -123,10 +122,10 @@ def export_stl(part: Any, path: Path, *, tolerance_mm: float, angle_rad: float =
         raise FabricationError(f"{path.suffix} file in {path.parent} could not be written; check the disk")
 
 
-def check_stl(path: Path, expected: ExpectedSolid) -> int:
-    """Read an STL file back: it must bound one volume, as trimesh and manifold3d each find, of the expected size.
+def check_stl(path: Path, expected: ExpectedSolid) -> Any:
+    """Read an STL file back as a trimesh mesh: it must bound one volume, as trimesh and manifold3d each find, of the
+    expected size.
 
-    Returns: the number of triangles.
     Raises: FabricationError with what was found, what is allowed and what to do.
     """
     mesh = read_mesh(path)
@@ -138,7 +137,7 @@ def check_stl(path: Path, expected: ExpectedSolid) -> int:
     check_volume("STL file", volume_mm3, expected.volume_mm3, STL_VOLUME_SHARE)
     _check_bounds("STL file", (tuple(mesh.bounds[0]), tuple(mesh.bounds[1])), expected)
     _check_manifold(mesh, volume_mm3)
-    return len(mesh.faces)
+    return mesh
 
 
 def read_mesh(path: Path) -> Any:

@@ -15,7 +15,6 @@ from collections.abc import Sequence
 _PLACE = re.compile(r"NEXT_ASSEMBLY_USAGE_OCCURRENCE\('[^']*','[^']*'([^;]*);")
 #: The line that begins a body's colour.
 _COLOURED = "MECHANICAL_DESIGN_GEOMETRIC_PRESENTATION_REPRESENTATION"
-_COLOUR = re.compile(r"COLOUR_RGB\('[^']*',([^)]*)\)")
 _REFERENCE = re.compile(r"#(\d+)")
 
 
@@ -69,8 +68,3 @@ def ordered_step(step: str, names: Sequence[str]) -> str:
     for root in sorted(roots, key=body):
         write(root)
     return head + "\n".join(written) + "\nENDSEC;" + end
-
-
-def step_colours(step: str) -> list[tuple[float, ...]]:
-    """The colours of bodies in a STEP file's text, in their order: red, green and blue (sRGB), 0 to 1."""
-    return [tuple(float(value) for value in rgb.split(",")) for rgb in _COLOUR.findall(re.sub(r"\n *", "", step))]

@@ -40,7 +40,7 @@ def plan(badge: Badge) -> AcrylicPlan:
 
 
 def written(plan: AcrylicPlan, kerf_mm: float, folder: Path) -> tuple[Path, Path, drawings.CuttingDrawing]:
-    drawing = drawings.draw(plan, kerf_mm)
+    drawing = drawings.draw(plan, kerf_mm)["acrylic"]
     files = folder / "acrylic.dxf", folder / "acrylic.svg"
     drawings.write_dxf(drawing, files[0])
     drawings.write_svg(drawing, files[1])
@@ -61,9 +61,12 @@ def polygons(path: Path) -> dict[str, list[np.ndarray]]:
     from ezdxf.path import make_path
 
     found: dict[str, list[np.ndarray]] = {}
-    for entity in drawing_of(path).modelspace().query("LWPOLYLINE"):
-        points = [(p.x, p.y) for p in make_path(entity).flattening(0.001)]
-        found.setdefault(entity.dxf.layer.split("-")[1].lower(), []).append(np.array(points))
+    names, low, right = iter(("base", "frame", "cover", "lips")), math.inf, -math.inf
+    for entity in drawing_of(path).modelspace().query('LWPOLYLINE[layer ? "CUT-.*"]'):
+        points = np.array([(p.x, p.y) for p in make_path(entity).flattening(0.001)])
+        if not low < points[:, 0].min() < right:
+            name, low, right = next(names), points[:, 0].min(), points[:, 0].max()
+        found.setdefault(name, []).append(points)
     return found
 
 
@@ -95,35 +98,60 @@ def test_kerf_makes_outlines_larger_and_openings_smaller(kerf: float, plan: Acry
     assert window.area() == pytest.approx(area, abs=12 * 1.1**2)
 
 
-def test_files_agree_and_say_what_they_are(plan: AcrylicPlan, tmp_path: Path) -> None:
-    """Catches: an SVG in pixels or upside down, colours or layers of another trade, and a scale bar that is none."""
-    dxf_path, svg_path, _ = written(plan, 0.15, tmp_path)
-    document = drawing_of(dxf_path)
-    colours = {layer.dxf.name: layer.color for layer in document.layers}
-    cuts = ["CUT-BASE-3MM", "CUT-FRAME-2MM", "CUT-LIPS-0.25MM", "CUT-COVER-2MM"]
-    assert [colours[name] for name in (*cuts, "ENGRAVE-SCALE", "NOTE")] == [1, 1, 1, 1, 5, 8]
-    lines = [line for line in document.modelspace().query("LINE") if line.dxf.layer == "ENGRAVE-SCALE"]
-    assert max(line.dxf.start.distance(line.dxf.end) for line in lines) == pytest.approx(100.0)
-    words = " ".join(text.dxf.text for text in document.modelspace().query("TEXT"))
-    assert (
-        "kerf 0.15 mm" in words
-        and "COVER: 2 mm" in words
-        and "LIPS: 0.25 mm polyester film" in words
-        and "100 mm" in words
-    )
-    text = svg_path.read_text()
-    width, height, view = re.search(r'width="([\d.]+)mm" height="([\d.]+)mm" viewBox="0 0 ([\d. ]+)"', text).groups()
-    assert f"{width} {height}" == view
-    assert text.count('stroke="#ff0000"') == 4 and text.count('stroke="#0000ff"') == 1
-    # The first point of the SVG's frame is that of the DXF's, with y turned round.
-    first = re.search(r'id="CUT-FRAME-2MM".*?d="M ([\d.]+) ([\d.]+)', text).groups()
-    vertex = next(e for e in document.modelspace().query("LWPOLYLINE") if e.dxf.layer == cuts[1]).get_points("xy")[0]
-    assert (float(first[0]), float(height) - float(first[1])) == pytest.approx(vertex, abs=1e-4)
-    again = tmp_path / "again"
-    again.mkdir()
-    assert [path.read_bytes() for path in written(plan, 0.15, again)[:2]] == [
-        p.read_bytes() for p in (dxf_path, svg_path)
-    ]
+#: Colours of LightBurn's first eight layers, by the documentation's table of its palette.
+LIGHTBURN = ["#000000", "#0000ff", "#ff0000", "#00e000", "#d0d000", "#ff8000", "#00e0e0", "#ff00ff"]
+
+
+def lightburn_layer(colour: tuple[int, int, int]) -> int:
+    """The layer into which LightBurn puts a colour: the nearest of its palette's."""
+    palette = [[int(text[k : k + 2], 16) for k in (1, 3, 5)] for text in LIGHTBURN]
+    return int(np.argmin(np.linalg.norm(np.array(palette) - colour, axis=1)))
+
+
+def test_a_stock_is_a_layer_of_its_own_in_lightburn(plan: AcrylicPlan, tmp_path: Path) -> None:
+    """Catches: one red for all plates, text, which LightBurn leaves out, plates of another stock in a stock's file, an
+    SVG in pixels or upside down, and a scale bar that is none."""
+    import ezdxf.colors
+
+    stocks = {"acrylic-3mm": ["base"], "acrylic-2mm": ["frame", "cover"], "acrylic-film-0.25mm": ["lips"]}
+    made = drawings.draw(plan, 0.15)
+    assert list(made) == ["acrylic", *stocks]
+    seen: dict[str, set[int]] = {}
+    for name, drawing in made.items():
+        dxf_path, svg_path = tmp_path / f"{name}.dxf", tmp_path / f"{name}.svg"
+        drawings.write_dxf(drawing, dxf_path)
+        drawings.write_svg(drawing, svg_path)
+        document, text = drawing_of(dxf_path), svg_path.read_text()
+        things = list(document.modelspace())
+        assert {thing.dxftype() for thing in things} == {"LWPOLYLINE"} and "<text" not in text
+        layers = {document.layers.get(thing.dxf.layer) for thing in things}
+        seen[name] = {lightburn_layer(ezdxf.colors.aci2rgb(layer.color)) for layer in layers}
+        colours = [tuple(bytes.fromhex(found)) for found in re.findall(r'stroke="#(\w{6})"', text)]
+        assert len(layers) == len(colours) == len(seen[name]) and set(map(lightburn_layer, colours)) == seen[name]
+        wanted = stocks.get(name, [plate.name for plate in plan.plates])
+        assert sorted(re.findall(r'<path id="(\w+)"', text)) == sorted(wanted)
+        lines = [thing for thing in things if thing.dxf.layer == "ENGRAVE" and len(thing) == 2]
+        assert max(math.dist(*line.get_points("xy")) for line in lines) == pytest.approx(100.0)
+        size = re.search(r'width="([\d.]+)mm" height="([\d.]+)mm" viewBox="0 0 ([\d. ]+)"', text)
+        assert size and f"{size[1]} {size[2]}" == size[3]
+        # The first point of the SVG's plate is that of the DXF's, with y turned round.
+        first = re.search(rf'<path id="{wanted[0]}" d="M ([\d.]+) ([\d.]+)', text)
+        assert first and next(thing for thing in things if thing.dxf.layer != "ENGRAVE").get_points("xy")[0] == (
+            pytest.approx((float(first[1]), float(size[2]) - float(first[2])), abs=1e-4)
+        )
+    # A stock has the same colour on all its drawings, and no two have the same; blue engraves on all.
+    alone = [seen[name] - {1} for name in stocks]
+    assert [len(layers) for layers in alone] == [1, 1, 1] and set.union(*alone) | {1} == seen["acrylic"]
+    assert len(seen["acrylic"]) == 4 and all(1 in layers for layers in seen.values())
+
+
+def test_files_are_the_same_for_the_same_badge(plan: AcrylicPlan, tmp_path: Path) -> None:
+    """Catches: the time of writing in a file."""
+    folders = tmp_path / "a", tmp_path / "b"
+    for folder in folders:
+        folder.mkdir()
+        written(plan, 0.15, folder)
+    assert len({tuple(path.read_bytes() for path in sorted(folder.iterdir())) for folder in folders}) == 1
 
 
 def test_register_keeps_page_and_lens_within_the_twist(plan: AcrylicPlan) -> None:
@@ -194,7 +222,7 @@ def test_fringes_and_markers_stay_in_sight_of_cover_and_screws(badge: Badge, pla
 
 
 def cutting_paths(document: Any) -> list[Any]:
-    return [e for e in document.modelspace() if e.dxf.layer == "CUT-FRAME-2MM"]
+    return [e for e in document.modelspace() if e.dxf.layer == "CUT-ACRYLIC-2MM"]
 
 
 def one_open(document: Any) -> None:
@@ -222,16 +250,16 @@ def in_a_line_type_of_no_name(document: Any) -> None:
 
 
 def in_blue(document: Any) -> None:
-    document.layers.get("CUT-FRAME-2MM").color = 5
+    document.layers.get("CUT-ACRYLIC-2MM").color = 5
 
 
 @pytest.mark.parametrize(
     ("damage", "complaint"),
     [
-        (one_open, "open path on CUT-FRAME-2MM"),
-        (one_twice, "has 11 paths on CUT-FRAME-2MM, allowed is 10"),
-        (one_gone, "has 9 paths"),
-        (one_moved, "another path on CUT-FRAME-2MM"),
+        (one_open, "open path on CUT-ACRYLIC-2MM"),
+        (one_twice, "has 21 paths on CUT-ACRYLIC-2MM, allowed is 20"),
+        (one_gone, "has 19 paths"),
+        (one_moved, "another path on CUT-ACRYLIC-2MM"),
         (in_inches, "counts in unit 1"),
         (in_blue, "in colour 5"),
         (in_a_line_type_of_no_name, "has 1 faults in its audit"),

@@ -109,6 +109,32 @@ def test_the_plate_is_of_true_size_and_its_lenses_are_upright(axes: str, tmp_pat
         assert found[1].size_mm[0] > found[0].size_mm[0] > 72
 
 
+@pytest.mark.parametrize(
+    ("wish", "mount"),
+    [
+        (Order("A", format="a6"), "none"),
+        (Order("A", lens="50lpi", axes="hex", range_m=(0.8, 1.5), paper="letter"), "clip"),
+        (Order("A", lens="50lpi", front="mask", lens_thickness_mm=2.0, paper="letter"), "holder"),
+    ],
+)
+def test_parts_and_steps_are_a_page_each(wish: Order, mount: str, tmp_path: Path) -> None:
+    """Catches: lists or steps that run off their page, or a third page of them."""
+    badge = design_badge(wish, bytes(8))
+    parts = plan_parts(badge, mount, mount_figures({"adhesive_mm": 0.05} if mount == "clip" else {}))
+    build = BuildPlan(badge, parts.printed, parts.acrylic, parts.figures, "command", parts.mount_plan)
+    write_assembly_pdf(build, tmp_path / "a.pdf", shape_parts(badge, parts).drawn)
+    document = pdfium.PdfDocument(tmp_path / "a.pdf")
+    texts = [page.get_textpage() for page in document]
+    assert len(texts) == (2 if badge.lens.kind == "mask" else 3)
+    found = [text.get_text_range() for text in texts[:2]]
+    assert "Print settings" in found[0] and found[1].startswith("Step by step") and "Film it and check" in found[1]
+    for page, text in zip(document, texts[:2], strict=False):
+        boxes = [text.get_charbox(k) for k in range(text.count_chars())]
+        assert min(box[1] for box in boxes if box[3] > box[1]) > 8 * PT_PER_MM
+        assert max(box[2] for box in boxes) < page.get_width() - 8 * PT_PER_MM
+    document.close()
+
+
 @pytest.mark.slow
 def test_the_studio_s_sheet_has_no_command_in_it(badge: Badge, tmp_path: Path) -> None:
     """Catches: options and commands for somebody who has a page in a browser."""

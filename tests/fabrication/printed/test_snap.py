@@ -35,7 +35,7 @@ def report(badge: Badge, tmp_path_factory: pytest.TempPathFactory) -> MountRepor
 
 @pytest.fixture(scope="module")
 def printed(report: MountReport) -> Any:
-    mesh = trimesh.load_mesh(report.stl)
+    mesh = trimesh.load_mesh(report.stls[0])
     assert mesh.is_watertight
     return manifold3d.Manifold(manifold3d.Mesh(mesh.vertices.astype(np.float32), mesh.faces.astype(np.uint32)))
 

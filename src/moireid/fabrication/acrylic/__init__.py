@@ -2,5 +2,5 @@
 
 contours.py    closed paths of lines and arcs, and kerf
 plates.py      base, frame, cover and the film between
-drawings.py    what is cut, and acrylic.dxf and acrylic.svg: written and read back
+drawings.py    what is cut, as DXF and SVG, all plates and each stock: written and read back
 """

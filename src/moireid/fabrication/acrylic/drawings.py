@@ -1,8 +1,8 @@
-"""The laser's drawing as two files, read back and checked: acrylic.dxf for CAM, acrylic.svg for drawing programs.
+"""The laser's drawings as DXF for CAM and SVG for drawing programs, read back and checked: all plates, and each stock.
 
-It holds what is cut, with kerf compensated, and a scale to measure it by.  Plates and film are side by side.  Each has
-its own cutting layer, because each may be cut from another plate.  Most laser shops use these colours: red cuts, blue
-engraves, and grey notes are only for people.
+A drawing holds what is cut, with kerf compensated, and a scale to measure it by.  A stock, such as acrylic of 3 mm, has
+one layer and one colour, because programs such as LightBurn make a layer of each colour; these also leave out text, so
+words are drawn as strokes.  Scale and words are engraved, in blue, next to the plates.
 
 Convention: mm, y up.  The DXF file is AutoCAD R2010, in millimetres.  In the SVG file a user unit is one millimetre,
 and y runs down, so an arc that turns left in the drawing has sweep flag 0.  `kerf_mm` is the whole burnt width; the
@@ -13,22 +13,29 @@ from __future__ import annotations
 
 import math
 import xml.etree.ElementTree as ElementTree
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
-from xml.sax.saxutils import escape, quoteattr
+from xml.sax.saxutils import quoteattr
 
+from moireid.badge import Point
 from moireid.errors import FabricationError
 from moireid.fabrication.acrylic.contours import Contour
-from moireid.fabrication.acrylic.plates import AcrylicPlan
+from moireid.fabrication.acrylic.plates import AcrylicPlan, Plate
 from moireid.fabrication.dxf_file import sound_dxf, written_dxf
 from moireid.fabrication.process_figures import LEAST_LAND_MM
 from moireid.fabrication.solids import cad_package
+from moireid.fabrication.text.outlines import line_strokes
+from moireid.fabrication.text.shaping import shape_line
 
-#: Layer colours: AutoCAD colour index, and the same as SVG.
-CUT, ENGRAVE, NOTE = (1, "#ff0000"), (5, "#0000ff"), (8, "#808080")
-GAP_MM, TEXT_MM = 15.0, 4.0
+#: Colours of what is engraved, and of the stocks in the stack's order: AutoCAD colour index, and the same as SVG.
+#: Each is nearest to another of LightBurn's layers (its documentation, colour palette).
+ENGRAVE = (5, "#0000ff")
+CUTS = ((1, "#ff0000"), (3, "#00ff00"), (6, "#ff00ff"), (4, "#00ffff"))
+ENGRAVED = "ENGRAVE"
+GAP_MM, LETTERS_MM = 15.0, 4.2
 #: The scale bar is engraved, so that a ruler on the finished plate shows whether a program changed the drawing's size.
 SCALE_MM = 100.0
 #: Rounding error of a coordinate that is written in decimals, mm.
@@ -39,66 +46,75 @@ Vertex = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class CuttingDrawing:
-    """All that both files hold: cutting paths by layer, the scale's strokes, and notes at their places."""
+    """All that both files hold: cutting paths by layer and plate, the layers' colours, and what is engraved."""
 
-    cuts: dict[str, tuple[Contour, ...]]
-    strokes: tuple[tuple[float, float, float, float], ...]
-    notes: tuple[tuple[float, float, str], ...]
+    cuts: dict[str, dict[str, tuple[Contour, ...]]]
+    colours: dict[str, tuple[int, str]]
+    strokes: tuple[tuple[Point, ...], ...]
     size_mm: tuple[float, float]
 
 
-def draw(plan: AcrylicPlan, kerf_mm: float) -> CuttingDrawing:
-    """Lay the plates out side by side above a scale bar.
+def draw(plan: AcrylicPlan, kerf_mm: float) -> dict[str, CuttingDrawing]:
+    """The drawings by their files' names, as `AcrylicPlan.drawings`: plates side by side above a scale bar."""
+    colours = {_layer(stock): colour for stock, colour in zip(plan.stocks, CUTS, strict=False)}
+    found = {}
+    for name, stocks in plan.drawings.items():
+        found[name] = _lay([plate for plate in plan.plates if plate.stock in stocks], kerf_mm, colours)
+    return found
 
-    Raises: FabricationError where too little is left between two paths, or a corner has no room for the kerf.
-    """
-    cuts: dict[str, tuple[Contour, ...]] = {}
-    notes: list[tuple[float, float, str]] = []
-    x, floor = GAP_MM, GAP_MM + 5 * TEXT_MM
-    for plate in plan.plates:
+
+def _layer(stock: str) -> str:
+    return f"CUT-{stock.upper()}"
+
+
+def _lay(plates: Sequence[Plate], kerf_mm: float, colours: dict[str, tuple[int, str]]) -> CuttingDrawing:
+    cuts: dict[str, dict[str, tuple[Contour, ...]]] = {}
+    strokes = [((GAP_MM, GAP_MM), (GAP_MM + SCALE_MM, GAP_MM))]
+    strokes += [
+        ((GAP_MM + k, GAP_MM), (GAP_MM + k, GAP_MM + (4 if k % 50 == 0 else 2)))
+        for k in range(0, int(SCALE_MM) + 1, 10)
+    ]
+    words = [(GAP_MM, GAP_MM + 6, f"{SCALE_MM:g} mm; kerf {kerf_mm:g} mm is in the paths")]
+    x, floor = GAP_MM, GAP_MM + 5 * LETTERS_MM
+    for plate in plates:
         paths = plate.cuts(kerf_mm)
         x0, y0, x1, y1 = paths[0].bounds
-        cuts[f"CUT-{plate.name.upper()}-{plate.thickness_mm:g}MM"] = tuple(p.moved(x - x0, floor - y0) for p in paths)
-        what = f"{plate.thickness_mm:g} mm" + (" polyester film" if plate.name == "lips" else "")
-        notes.append((x, floor - 2 * TEXT_MM, f"{plate.name.upper()}: {what}"))
+        cuts.setdefault(_layer(plate.stock), {})[plate.name] = tuple(p.moved(x - x0, floor - y0) for p in paths)
+        words.append((x, floor - 1.4 * LETTERS_MM, f"{plate.name} {plate.stock.replace('-', ' ')}"))
         x, height = x + x1 - x0 + GAP_MM, y1 - y0
-    rule = f"kerf {kerf_mm:g} mm: paths lie {kerf_mm / 2:g} mm outside outlines and inside openings"
-    notes.append((GAP_MM + SCALE_MM + 5, GAP_MM, f"{SCALE_MM:g} mm; {rule}; red cuts, blue engraves"))
-    strokes = [(GAP_MM, GAP_MM, GAP_MM + SCALE_MM, GAP_MM)]
-    strokes += [(GAP_MM + k, GAP_MM, GAP_MM + k, GAP_MM + (4 if k % 50 == 0 else 2)) for k in range(0, 101, 10)]
-    width = max(x, GAP_MM + SCALE_MM + 10 + 0.62 * TEXT_MM * len(notes[-1][2]))
-    drawing = CuttingDrawing(cuts, tuple(strokes), tuple(notes), (width, floor + height + GAP_MM))
-    check_cuts(cuts, kerf_mm)
-    return drawing
+    lettered = [stroke for x0, y0, text in words for stroke in line_strokes(shape_line(text), LETTERS_MM, x0, y0)]
+    width = max(x, GAP_MM + max(end for stroke in (*strokes, *lettered) for end, _ in stroke))
+    kept = {layer: colours[layer] for layer in cuts}
+    return CuttingDrawing(cuts, kept, (*strokes, *lettered), (width, floor + height + GAP_MM))
 
 
-def check_cuts(cuts: dict[str, tuple[Contour, ...]], kerf_mm: float) -> None:
+def check_cuts(plate: Plate, kerf_mm: float) -> None:
     """Check that some plate is left between any two burnt lines, and that only the first path has others inside.
 
-    Raises: FabricationError where they do.
+    Raises: FabricationError where they do, or a corner has no room for the kerf.
     """
     manifold3d = cad_package("manifold3d")
-    for layer, paths in cuts.items():
-        areas = [manifold3d.CrossSection([path.flat()]) for path in paths]
-        # Half of what must lie between two paths, less a hundredth for the arcs' flat pieces.
-        apart = (kerf_mm + LEAST_LAND_MM) / 2 - 0.01
-        fat = [area.offset(apart, manifold3d.JoinType.Round) for area in areas[1:]]
-        room = areas[0].offset(-apart, manifold3d.JoinType.Round)
-        crossing = [k for k, area in enumerate(fat) if (area - room).area() > 1e-6]
-        crossing += [k for k, area in enumerate(fat) for other in fat[:k] if (area ^ other).area() > 1e-6]
-        if crossing:
-            raise refused_drawing(
-                "drawing",
-                f"has paths on {layer} that overlap or nearly meet",
-                f"{LEAST_LAND_MM:g} mm of plate between them",
-            )
+    areas = [manifold3d.CrossSection([path.flat()]) for path in plate.cuts(kerf_mm)]
+    # Half of what must lie between two paths, less a hundredth for the arcs' flat pieces.
+    apart = (kerf_mm + LEAST_LAND_MM) / 2 - 0.01
+    fat = [area.offset(apart, manifold3d.JoinType.Round) for area in areas[1:]]
+    room = areas[0].offset(-apart, manifold3d.JoinType.Round)
+    crossing = [k for k, area in enumerate(fat) if (area - room).area() > 1e-6]
+    crossing += [k for k, area in enumerate(fat) for other in fat[:k] if (area ^ other).area() > 1e-6]
+    if crossing:
+        raise refused_drawing(
+            "drawing",
+            f"has paths of the {plate.name} that overlap or nearly meet",
+            f"{LEAST_LAND_MM:g} mm between them",
+        )
 
 
 def check_found(what: str, found: dict[str, list[list[Vertex]]], drawing: CuttingDrawing) -> None:
     """Check that a file read back has each cutting path of the drawing once.  Raises: FabricationError."""
     if set(found) != set(drawing.cuts):
         raise refused_drawing(what, f"has the cutting layers {sorted(found)}", f"{sorted(drawing.cuts)}")
-    for layer, paths in drawing.cuts.items():
+    for layer, plates in drawing.cuts.items():
+        paths = [path for plate in plates.values() for path in plate]
         if len(found[layer]) != len(paths):
             raise refused_drawing(what, f"has {len(found[layer])} paths on {layer}", f"{len(paths)}")
         for got, path in zip(found[layer], paths, strict=True):
@@ -125,16 +141,13 @@ def write_dxf(drawing: CuttingDrawing, path: Path) -> None:
     """Write a DXF R2010 file, mm.  Raises: MissingExtraError without ezdxf."""
     with written_dxf(path) as document:
         space = document.modelspace()
-        for layer, paths in drawing.cuts.items():
-            document.layers.add(layer, color=CUT[0])
-            for contour in paths:
+        for layer, plates in drawing.cuts.items():
+            document.layers.add(layer, color=drawing.colours[layer][0])
+            for contour in (path for plate in plates.values() for path in plate):
                 space.add_lwpolyline(contour.vertices(), format="xyb", close=True, dxfattribs={"layer": layer})
-        document.layers.add("ENGRAVE-SCALE", color=ENGRAVE[0])
-        document.layers.add("NOTE", color=NOTE[0])
-        for x0, y0, x1, y1 in drawing.strokes:
-            space.add_line((x0, y0), (x1, y1), dxfattribs={"layer": "ENGRAVE-SCALE"})
-        for x, y, words in drawing.notes:
-            space.add_text(words, height=TEXT_MM, dxfattribs={"layer": "NOTE"}).set_placement((x, y))
+        document.layers.add(ENGRAVED, color=ENGRAVE[0])
+        for stroke in drawing.strokes:
+            space.add_lwpolyline(stroke, dxfattribs={"layer": ENGRAVED})
 
 
 def check_dxf(path: Path, drawing: CuttingDrawing) -> None:
@@ -150,10 +163,9 @@ def check_dxf(path: Path, drawing: CuttingDrawing) -> None:
             continue
         if entity.dxftype() != "LWPOLYLINE" or not entity.closed:
             raise refused_drawing("DXF", f"has an open path on {layer}", "closed polylines alone")
-        if document.layers.get(layer).color != CUT[0]:
-            raise refused_drawing(
-                "DXF", f"shows {layer} in colour {document.layers.get(layer).color}", f"{CUT[0]}, red"
-            )
+        colour, wanted = document.layers.get(layer).color, drawing.colours.get(layer, ENGRAVE)[0]
+        if colour != wanted:
+            raise refused_drawing("DXF", f"shows {layer} in colour {colour}", f"{wanted}")
         found.setdefault(layer, []).append([tuple(vertex) for vertex in entity.get_points("xyb")])
     check_found("DXF", found, drawing)
 
@@ -166,20 +178,19 @@ def write_svg(drawing: CuttingDrawing, path: Path) -> None:
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:.3f}mm" height="{height:.3f}mm" '
         f'viewBox="0 0 {width:.3f} {height:.3f}">',
     ]
-    for layer, paths in drawing.cuts.items():
-        data = " ".join(_svg_path(contour.vertices(), height) for contour in paths)
-        lines.append(_svg_group(layer, CUT[1], f'<path d="{data}"/>'))
-    strokes = " ".join(
-        f"M {x0:.5f} {height - y0:.5f} L {x1:.5f} {height - y1:.5f}" for x0, y0, x1, y1 in drawing.strokes
-    )
-    lines.append(_svg_group("ENGRAVE-SCALE", ENGRAVE[1], f'<path d="{strokes}"/>'))
-    words = "".join(f'<text x="{x:.3f}" y="{height - y:.3f}">{escape(note)}</text>' for x, y, note in drawing.notes)
-    lines.append(f'<g id="NOTE" fill="{NOTE[1]}" font-family="sans-serif" font-size="{TEXT_MM:g}">{words}</g>')
+    for layer, plates in drawing.cuts.items():
+        paths = (
+            f'<path id={quoteattr(plate)} d="{" ".join(_svg_path(path.vertices(), height) for path in own)}"/>'
+            for plate, own in plates.items()
+        )
+        lines.append(_svg_group(layer, drawing.colours[layer][1], "".join(paths)))
+    engraved = " ".join(f"M {' L '.join(f'{x:.3f} {height - y:.3f}' for x, y in stroke)}" for stroke in drawing.strokes)
+    lines.append(_svg_group(ENGRAVED, ENGRAVE[1], f'<path d="{engraved}"/>'))
     path.write_text("\n".join([*lines, "</svg>", ""]), encoding="utf-8")
 
 
 def check_svg(path: Path, drawing: CuttingDrawing) -> None:
-    """Read an SVG file back: its size in mm, and the same closed red paths as were drawn.
+    """Read an SVG file back: its size in mm, and the same closed paths as were drawn, each in its layer's colour.
 
     Raises: FabricationError with what was found and what is allowed.
     """
@@ -197,7 +208,7 @@ def check_svg(path: Path, drawing: CuttingDrawing) -> None:
     found: dict[str, list[list[Vertex]]] = {}
     for group in document:
         for drawn in group:
-            if str(group.id).startswith("CUT-") and drawn.stroke == CUT[1]:
+            if group.id in drawing.colours and drawn.stroke == drawing.colours[group.id][1]:
                 runs = (list(run) for run in drawn.as_subpaths())
                 closed = [run[1:-1] for run in runs if isinstance(run[-1], svgelements.Close)]
                 found.setdefault(group.id, []).extend(_vertices(steps, px_per_mm, height) for steps in closed)

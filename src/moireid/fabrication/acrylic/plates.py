@@ -62,6 +62,11 @@ class Plate:
     outline: Contour
     openings: tuple[Contour, ...]
 
+    @property
+    def stock(self) -> str:
+        """What it is cut from: a word for files and layers."""
+        return f"{'film' if self.name == 'lips' else 'acrylic'}-{self.thickness_mm:g}mm"
+
     def cuts(self, kerf_mm: float) -> tuple[Contour, ...]:
         """The laser's paths, outline first: half the kerf outside the outline and inside each opening.
 
@@ -103,6 +108,17 @@ class AcrylicPlan:
     def plates(self) -> tuple[Plate, ...]:
         """What is cut by laser, from behind to the front."""
         return (self.base, self.frame, *self.more_frames, self.lips, self.cover)
+
+    @property
+    def stocks(self) -> tuple[str, ...]:
+        """What is cut by laser is cut from these."""
+        return tuple(dict.fromkeys(plate.stock for plate in self.plates))
+
+    @property
+    def drawings(self) -> dict[str, tuple[str, ...]]:
+        """The laser's drawings by their files' names, and the stocks on each: all on one, and each on its own."""
+        own = {f"acrylic-{stock.removeprefix('acrylic-')}": (stock,) for stock in self.stocks}
+        return {"acrylic": self.stocks, **own}
 
 
 def plan_acrylic(badge: Badge, process: AcrylicProcess | None = None) -> AcrylicPlan:

@@ -46,7 +46,7 @@ class Step:
 class BuildPlan:
     """What is built: the badge, the printed mount's kind ("none" without one), the acrylic stack, and its makers.
 
-    mount_plan: of the printed mount, None without one.
+    mount_plan: of the printed mount, None without one; for_all: the badge is one of a list that share the sheet.
     """
 
     badge: Badge
@@ -55,11 +55,17 @@ class BuildPlan:
     figures: MountFigures
     maker: Maker
     mount_plan: MountPlan | None = None
+    for_all: bool = False
 
     @property
     def slots(self) -> int:
         """How many lanyard slots the printed mount has."""
         return len(self.mount_plan[0].slots) if self.mount_plan else 0
+
+    @property
+    def stopped(self) -> bool:
+        """Whether a printed tray's stops set place and angle of page and sheet; pieces that are turned reach none."""
+        return self.mount not in ("none", "holder") and not has_turned(self.badge)
 
     @property
     def look_m(self) -> float:
@@ -89,7 +95,9 @@ def needs(build: BuildPlan) -> list[str]:
         extra = lanyard if build.mount in ("lanyard", "holder") else ""
         second = {"clip": ", with its clip", "stand": ", with its stand"}.get(build.mount, "")
         what = "snap-in holder" if build.mount == "holder" else "mount"
-        found.append(f"The {what}, 3D-printed from mount.3mf or mount.stl as it lies, without supports{second}{extra}")
+        found.append(
+            f"The {what}, 3D-printed from mount.3mf, or from mount*.stl, as it lies, without supports{second}{extra}"
+        )
     tape = "" if build.glued else ", clear tape"
     found.append(f"A ruler of 15 cm or more, a sharp knife{tape}, and a phone that films")
     if (count := len(sheet_pieces(badge))) > 1 and badge.lens.kind != "mask":
@@ -122,8 +130,9 @@ def settings(build: BuildPlan) -> list[tuple[str, str]]:
     paper = {"letter": "US Letter"}.get(str(print_data.get("paper", "a4")), str(print_data.get("paper", "a4")).upper())
     way = "upright (portrait)" if build.badge.page_mm[0] <= build.badge.page_mm[1] else "lying (landscape)"
     film = build.badge.lens.kind == "mask"
+    printed = "badges.pdf" if build.for_all else "badge.pdf, page 1"
     return [
-        ("File", "badge.pdf, page 1" + (" on card; page 2 on clear film, with the same settings" if film else "")),
+        ("File", printed + (" on card; the mask's page on clear film, with the same settings" if film else "")),
         ("Paper", f"{paper}, {way}, one side; type “heavy” or “card”"),
         ("Scale", "100 %, also called “actual size”. Never “fit to page”"),
         ("Resolution", f"{print_data.get('dpi', 1200)} dpi, best quality; no “draft”, no “toner save”"),
@@ -152,14 +161,17 @@ def steps(build: BuildPlan) -> list[Step]:
             partial(sketches.cut, badge),
         ),
         Step("Lay", f"Lay {lay}. {free}.", partial(sketches.lay, badge)),
+    ]
+    turn = f"Turn the {front} until the bands are upright" if upright else "Turn it until the bands follow the lines"
+    looks = [
         Step(
-            f"Turn the {front} until the bands are upright" if upright else "Turn it until the bands follow the lines",
-            _seen(build, f"Turn {one} slowly until", bands),
+            "Look at the bands" if build.stopped else turn,
+            _seen(build, "Check that" if build.stopped else f"Turn {one} slowly until", bands),
             partial(sketches.fringes, badge, (sketches.GOOD,)),
         ),
         Step(
             "Do the bands lean?",
-            f"Then the {front} is turned by half a degree or so. Turn it back a very little, until they lean no more.",
+            f"Then the {front} is turned by half a degree or so. {_LEANING_IN_TRAY if build.stopped else _LEANING}",
             partial(sketches.fringes, badge, (sketches.LEANING,)),
         ),
         Step(
@@ -168,8 +180,10 @@ def steps(build: BuildPlan) -> list[Step]:
             f"than its label says, or the print has another size. {_PITCH[build.maker]}",
             partial(sketches.fringes, badge, sketches.PITCH),
         ),
-        _fixed(build, front),
     ]
+    # The stops of a tray set the angle, so that there is nothing to turn.
+    fixed = _fixed(build, front)
+    found += [fixed, *looks] if build.stopped else [*looks, fixed]
     if build.mount == "holder":
         found.append(_pressed(build))
     if build.mount != "none":
@@ -184,6 +198,11 @@ def steps(build: BuildPlan) -> list[Step]:
     ]
 
 
+_LEANING = "Turn it back a very little, until they lean no more."
+_LEANING_IN_TRAY = (
+    "Push card and sheet down and to the left again. If the bands still lean, an edge that lies at a stop is not "
+    "straight: cut the card anew along its marks, or the sheet along a groove between two ribs."
+)
 _LAY = "the lens sheet on the striped field: ribs up, and along the printed lines"
 _LAY_PIECES = "each piece of lens sheet on its striped field: ribs up, and along the printed lines"
 _LAY_MASK = "the acrylic on the striped field, and the film on it, printed side down"
@@ -237,8 +256,9 @@ def _fixed(build: BuildPlan, front: str) -> Step:
         return Step("Glue it", words, partial(sketches.lay, badge))
     if build.mount not in ("none", "holder"):
         words = (
-            f"{taped}Slide card and {front} together into the mount from the top, down to its bottom edge. Springs "
-            "press them on each other; no air may stay between."
+            f"{taped}Slide card and {front} together into the mount from the top. Push both down, and to the left as "
+            "you see them: the stops there set place and angle. Springs press them on each other; no air may stay "
+            "between."
         )
         return Step("Put it into the mount", words + seam, partial(sketches.held, badge, taped=False))
     if build.acrylic and build.mount != "holder":
@@ -278,7 +298,7 @@ def acrylic(plan: AcrylicPlan) -> list[str]:
     plates = ", ".join(f"{plate.name} {plate.thickness_mm:g} mm" for plate in plan.plates if plate.name != "lips")
     layers = f"{plan.layers} more pieces of the card, cut as the badge, below it. " if plan.layers else ""
     return [
-        f"Laser-cut from acrylic.dxf or acrylic.svg, of clear acrylic: {plates}",
+        f"Laser-cut from acrylic.dxf or acrylic.svg, a colour a stock (or a file a stock), of clear acrylic: {plates}",
         f"And the lips, of clear polyester film (PET), {plan.lips.thickness_mm:g} mm thick; never of PVC, whose smoke "
         "is poisonous",
         f"{len(plan.screws)} button-head screws M3 × {screw_length_mm(plan)} (ISO 7380) with nuts",

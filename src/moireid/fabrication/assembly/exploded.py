@@ -25,7 +25,8 @@ from moireid.fabrication.sight import corners_in_frame, in_frame, sheet_pieces
 TURN_DEG, RISE_DEG = 30.0, 32.0
 #: Gap between parts as a share of the largest part's height on the page.
 GAP = 0.62
-LABELS_MM, LEADER_MM, INK = 48.0, 5.0, 0.25
+#: Labels: room for them at the right, a leader's length, and from one label to the next; grey of lines.
+LABELS_MM, LEADER_MM, LABEL_MM, INK = 37.0, 4.0, 7.0, 0.25
 #: A rounded corner is at most this far from the corner of the rectangle that holds it.
 CORNER_MM = 6.0
 #: Lines of gratings, lenses and mask are sketched this far apart, as the true ones would run together.
@@ -120,19 +121,8 @@ def project(place: Place) -> Point:
     return x * _COS - y * _SIN, (x * _SIN + y * _COS) * _FLAT + z * _UP
 
 
-def draw_exploded(sheet: PdfPage, parts: Sequence[Part], area: Rect) -> float:
-    """Draw parts, given from behind to the front, into an area of the page, labels at its right.
-
-    Parameters
-    ----------
-    area : Rect
-        Where, page mm.
-
-    Returns
-    -------
-    float
-        The scale, page over life.
-    """
+def draw_exploded(sheet: PdfPage, parts: Sequence[Part], area: Rect) -> None:
+    """Draw parts, given from behind to the front, into an area of the page, mm, labels at its right."""
     lifts = _lifts(parts)
     flat = [(u, v + lift * _UP) for part, lift in zip(parts, lifts, strict=True) for u, v in part.drawn]
     left, right = min(u for u, _ in flat), max(u for u, _ in flat)
@@ -143,7 +133,7 @@ def draw_exploded(sheet: PdfPage, parts: Sequence[Part], area: Rect) -> float:
     def on_page(place: Point, lift: float) -> Point:
         return area[0] + (place[0] - left) * scale, area[1] + (high - place[1] - lift * _UP) * scale
 
-    text_x = area[0] + (right - left) * scale + LEADER_MM
+    text_x, label_y = area[0] + (right - left) * scale + LEADER_MM, math.inf
     for k, (part, lift) in enumerate(zip(parts, lifts, strict=True)):
         at = functools.partial(on_page, lift=lift)
         if k:
@@ -155,10 +145,11 @@ def draw_exploded(sheet: PdfPage, parts: Sequence[Part], area: Rect) -> float:
                 sheet.path(ends, None, 0.6, closed=False)
         _draw_part(sheet, part, at)
         end = max((at(place) for place in part.drawn), key=lambda place: place[0])
-        sheet.path([(end[0] + 0.8, end[1]), (text_x - 1.0, end[1])], None, 0.4, closed=False)
-        sheet.text(text_x, end[1] - 0.2, part.name, points=9, align="left")
-        sheet.text(text_x, end[1] + 3.8, part.detail, points=8, align="left")
-    return scale
+        # Labels of parts that are near each other move up.
+        label_y = min(end[1], label_y - LABEL_MM)
+        sheet.path([(end[0] + 0.8, end[1]), (text_x - 1.0, label_y)], None, 0.4, closed=False)
+        sheet.text(text_x, label_y - 0.2, part.name, points=8, align="left")
+        sheet.text(text_x, label_y + 3.2, part.detail, points=7, align="left")
 
 
 def _lifts(parts: Sequence[Part]) -> list[float]:

@@ -1,7 +1,7 @@
-"""Writes assembly.pdf, the instructions for building one badge.
+"""Writes assembly.pdf, the instructions for building a badge, or all badges of a list.
 
-Page 1 says whose badge it is, what to have and how to print.  Then come the steps with a picture each, the pieces of
-lens sheet in true size, and an exploded view of each way to build the badge.
+Page 1 shows the parts of each way to build it, what to have and how to print; page 2 the steps, a picture each.  The
+pieces of lens sheet follow in true size.
 """
 
 from __future__ import annotations
@@ -10,7 +10,8 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+from xml.sax.saxutils import escape
 
 from moireid.badge import Badge, Point, Rect
 from moireid.fabrication.assembly import assembly_words
@@ -28,15 +29,13 @@ if TYPE_CHECKING:
 
 #: Solids as they are drawn, by "printed" or "acrylic", and by their names.
 DrawnMounts = dict[str, dict[str, Piece]]
-LEFT_MM, TOP_MM, LINE_MM, POINTS = 22.0, 28.0, 4.6, 9.0
-#: A step's picture, and the room between steps.
-PICTURE_MM, STEP_GAP_MM, MOST_STEP_MM = 42.0, 5.0, 29.0
-#: From a step's top to the first baseline of its words.
-TITLE_MM = 10.0
+LEFT_MM, TOP_MM, POINTS = 18.0, 22.0, 8.0
+#: Between columns, between rows of steps, and below the words, mm.
+COLUMN_GAP_MM, ROW_GAP_MM, FOOT_MM = 8.0, 5.0, 10.0
+#: Steps in a row; a step's picture is at most so high, and at least, mm.
+STEPS_ACROSS, PICTURE_MM = 3, (14.0, 42.0)
 #: A name that is wider is set smaller, mm.
 NAME_MM = 150.0
-#: The section is drawn so many times life size.
-STACK_SCALE = 12.0
 #: On the plate: gap between pieces, distance of the lines that sketch lenses, and length of the scale bar.
 GAP_MM, LENSES_MM, SCALE_MM = 14.0, 6.0, 100.0
 #: What printers leave white around a page; a piece wider than what is left lies on the paper turned, mm.
@@ -52,43 +51,44 @@ def write_assembly_pdf(build: BuildPlan, path: Path, drawn: DrawnMounts) -> None
     views = _views(build, drawn)
     paper_mm = PAPERS_MM.get(str((badge.print or {}).get("paper", "a4")), PAPERS_MM["a4"])
     with whole_file(path) as temporary:
-        sheet = PdfPage(temporary, paper_mm, f"Assembly of moiré badge {badge.id}")
-        _draw_lists(sheet, build)
+        title = "Assembly of moiré badges" if build.for_all else f"Assembly of moiré badge {badge.id}"
+        sheet = PdfPage(temporary, paper_mm, title)
+        _draw_parts(sheet, build, views)
         sheet.canvas.showPage()
         _draw_steps(sheet, assembly_words.steps(build))
         if badge.lens.kind != "mask":
             draw_plates(sheet, badge, LEFT_MM, TOP_MM)
-        for heading, view in views:
-            sheet.turn_page(paper_mm)
-            _draw_view(sheet, heading, view)
         sheet.save()
 
 
-def _draw_lists(sheet: PdfPage, build: BuildPlan) -> None:
-    """The first page: whose badge, what to have, what to set, and a section through the stack."""
-    badge, right = build.badge, sheet.page_mm[0] - LEFT_MM
-    _draw_name(sheet, badge.name)
-    sheet.text(LEFT_MM, TOP_MM + 7, f"How to build this badge · moireid {badge.id}", points=POINTS, align="left")
-    y = TOP_MM + 19
-    lists = [("You need", assembly_words.needs(build))]
+def _draw_parts(sheet: PdfPage, build: BuildPlan, views: list[tuple[str, list[Part]]]) -> None:
+    """The first page: whose badge, its parts pulled apart, what to have, and what to set."""
+    right = sheet.page_mm[0] - LEFT_MM
+    if build.for_all:
+        sheet.text(LEFT_MM, TOP_MM, "How to build these badges", points=16, font=BOLD, align="left")
+    else:
+        _draw_name(sheet, build.badge.name)
+        sheet.text(LEFT_MM, TOP_MM + 6, f"How to build this badge · moireid {build.badge.id}", points=9, align="left")
+    need, settings = _listed("You need", assembly_words.needs(build)), _listed("Print settings", _settings(build))
+    columns = [need, settings]
     if build.acrylic:
-        heading = "The mount, in acrylic" if build.mount == "none" else "Or, instead of the printed mount, in acrylic"
-        lists.append((heading, assembly_words.acrylic(build.acrylic)))
-    for heading, lines in lists:
-        y = _heading(sheet, heading, y)
-        for line in lines:
-            sheet.text(LEFT_MM + 1, y, "•", points=POINTS, align="left")
-            y = paragraph(sheet, line, (LEFT_MM + 5, y), right - LEFT_MM - 5) + 1.4
-        y += 5
-    y = _heading(sheet, "Print settings", y)
-    for name, value in assembly_words.settings(build):
-        sheet.text(LEFT_MM + 1, y, name, points=POINTS, font=BOLD, align="left")
-        y = paragraph(sheet, value, (LEFT_MM + 30, y), right - LEFT_MM - 30) + 1.4
-    if (note := assembly_words.glue_note(build)) is not None:
-        y = paragraph(sheet, note, (LEFT_MM + 1, y + 3), right - LEFT_MM) + 1.4
-    if y + 16 + badge.lens.thickness_mm * STACK_SCALE < sheet.page_mm[1] - 14:
-        y = _heading(sheet, "The finished badge, cut open", y + 5)
-        draw_stack(sheet, badge, y - 6)
+        heading = "The mount, in acrylic" if build.mount == "none" else "Or, in place of the printed mount, in acrylic"
+        columns = [need + settings, _listed(heading, assembly_words.acrylic(build.acrylic))]
+    wide = (right - LEFT_MM - COLUMN_GAP_MM) / 2
+    words_top = sheet.page_mm[1] - FOOT_MM - max(_tall_mm(column, wide) for column in columns)
+    for k, column in enumerate(columns):
+        _draw_words(sheet, column, LEFT_MM + k * (wide + COLUMN_GAP_MM), words_top, wide)
+    each = (right - LEFT_MM - COLUMN_GAP_MM * (len(views) - 1)) / len(views)
+    for k, (heading, parts) in enumerate(views):
+        x = LEFT_MM + k * (each + COLUMN_GAP_MM)
+        sheet.text(x, TOP_MM + 14, heading, points=10.5, font=BOLD, align="left")
+        draw_exploded(sheet, parts, (x, TOP_MM + 19, x + each, words_top - 6))
+
+
+def _settings(build: BuildPlan) -> list[str]:
+    """What to set in the print dialog, and what an adhesive does."""
+    note = assembly_words.glue_note(build)
+    return [f"{name}: {value}" for name, value in assembly_words.settings(build)] + ([note] if note else [])
 
 
 def _draw_name(sheet: PdfPage, name: str) -> None:
@@ -98,42 +98,56 @@ def _draw_name(sheet: PdfPage, name: str) -> None:
     sheet.line(LEFT_MM, TOP_MM, line, points=points)
 
 
-def _heading(sheet: PdfPage, heading: str, y: float) -> float:
-    """Write a heading, and give where what follows begins."""
-    sheet.text(LEFT_MM, y, heading, points=12, font=BOLD, align="left")
-    return y + 7.0
+def _listed(heading: str, lines: Sequence[str]) -> list[Any]:
+    """A heading with its list, as reportlab's paragraphs."""
+    return [_words(heading, bold=True), *(_words(line, bullet="•") for line in lines)]
 
 
-def paragraph(sheet: PdfPage, text: str, corner: tuple[float, float], width_mm: float, points: float = POINTS) -> float:
-    """Write words in lines of at most that width from a corner, the first baseline's; give the next baseline's y."""
-    x, y = corner
-    for line in _lines(text, width_mm, points):
-        sheet.text(x, y, line, points=points, align="left")
-        y += LINE_MM * points / POINTS
-    return y
+def _words(text: str, *, bold: bool = False, bullet: str | None = None) -> Any:
+    """A paragraph of reportlab's."""
+    from reportlab.lib.styles import ParagraphStyle
+    from reportlab.platypus import Paragraph
+
+    points = POINTS + 2.0 if bold else POINTS
+    style = ParagraphStyle("words", fontName=BOLD if bold else REGULAR, fontSize=points, leading=1.3 * points)
+    style.spaceBefore, style.spaceAfter = (6.0, 3.0) if bold else (0.0, 2.0)
+    style.leftIndent, style.bulletFontName = (10.5, REGULAR) if bullet else (0.0, REGULAR)
+    return Paragraph(escape(text), style, bulletText=bullet)
 
 
-def _lines(text: str, width_mm: float, points: float) -> list[str]:
-    """Words in lines of at most that width."""
-    from reportlab.lib.utils import simpleSplit
+def _tall_mm(words: Sequence[Any], wide_mm: float) -> float:
+    """Height of paragraphs below each other, mm."""
+    around = sum(one.getSpaceBefore() + one.getSpaceAfter() for one in words)
+    return float(around + sum(one.wrap(wide_mm * POINTS_PER_MM, math.inf)[1] for one in words)) / POINTS_PER_MM
 
-    return list(simpleSplit(text, REGULAR, points, width_mm * POINTS_PER_MM))
+
+def _draw_words(sheet: PdfPage, words: Sequence[Any], x: float, top: float, wide_mm: float) -> None:
+    """Draw paragraphs below each other from a place on, mm."""
+    y = (sheet.height_mm - top) * POINTS_PER_MM
+    for one in words:
+        y -= one.getSpaceBefore() + one.wrap(wide_mm * POINTS_PER_MM, math.inf)[1]
+        one.drawOn(sheet.canvas, x * POINTS_PER_MM, y)
+        y -= one.getSpaceAfter()
 
 
 def _draw_steps(sheet: PdfPage, found: list[Step]) -> None:
-    """The page of steps, each with its picture at the left."""
+    """The page of steps, each below its picture."""
     width, height = sheet.page_mm
-    sheet.text(LEFT_MM, TOP_MM - 6, "Step by step", points=16, font=BOLD, align="left")
-    top, x = TOP_MM, LEFT_MM + PICTURE_MM + 7
-    # Each step has the room of its words, and an even share of what is left.
-    needed = [TITLE_MM + LINE_MM * len(_lines(step.words, width - LEFT_MM - x, POINTS)) for step in found]
-    spare = (height - TOP_MM - 12 - sum(needed)) / len(found)
-    for number, (step, words_mm) in enumerate(zip(found, needed, strict=True), start=1):
-        tall = min(MOST_STEP_MM, words_mm + spare)
-        step.draw(sheet, (LEFT_MM, top, LEFT_MM + PICTURE_MM, top + tall - STEP_GAP_MM))
-        sheet.text(x, top + 4.5, f"{number}.  {step.title}", points=10.5, font=BOLD, align="left")
-        paragraph(sheet, step.words, (x, top + TITLE_MM), width - LEFT_MM - x)
-        top += tall
+    sheet.text(LEFT_MM, TOP_MM - 4, "Step by step", points=16, font=BOLD, align="left")
+    wide = (width - 2 * LEFT_MM - COLUMN_GAP_MM * (STEPS_ACROSS - 1)) / STEPS_ACROSS
+    words = [[_words(f"{k}.  {step.title}", bold=True), _words(step.words)] for k, step in enumerate(found, start=1)]
+    rows = [range(k, min(k + STEPS_ACROSS, len(found))) for k in range(0, len(found), STEPS_ACROSS)]
+    needed = [max(_tall_mm(words[k], wide) for k in row) for row in rows]
+    # The pictures share what the words leave.
+    least, most = PICTURE_MM
+    tall = min(most, max(least, (height - TOP_MM - FOOT_MM - sum(needed)) / len(rows) - ROW_GAP_MM))
+    top = TOP_MM + 2
+    for row, words_mm in zip(rows, needed, strict=True):
+        for column, k in enumerate(row):
+            x = LEFT_MM + column * (wide + COLUMN_GAP_MM)
+            found[k].draw(sheet, (x, top, x + wide, top + tall))
+            _draw_words(sheet, words[k], x, top + tall, wide)
+        top += tall + words_mm + ROW_GAP_MM
 
 
 def draw_mounts(solids: Mapping[str, Sequence[SolidPart]]) -> DrawnMounts:
@@ -147,67 +161,17 @@ def _views(build: BuildPlan, drawn: DrawnMounts) -> list[tuple[str, list[Part]]]
     """The exploded views, one for each way to build the badge: heading and parts."""
     views, figures = [], build.figures
     if build.mount_plan is None and build.acrylic is None:
-        return [("Exploded view", plain_parts(build.badge, figures.printed))]
+        return [("The parts", plain_parts(build.badge, figures.printed))]
     from moireid.fabrication.assembly.mount_views import acrylic_parts, printed_parts
 
     if build.mount_plan is not None:
         parts = printed_parts(build.badge, build.mount_plan, figures.printed, drawn["printed"])
-        views.append(("Exploded view: the printed mount", parts))
+        views.append(("The parts, with the printed mount", parts))
     if build.acrylic:
         screw = f"M3 × {assembly_words.screw_length_mm(build.acrylic)}"
         parts = acrylic_parts(build.badge, build.acrylic, figures.acrylic.film_mm, screw, drawn["acrylic"])
-        views.append(("Exploded view: the mount in acrylic", parts))
+        views.append(("The parts, with the mount in acrylic", parts))
     return views
-
-
-def _draw_view(sheet: PdfPage, heading: str, parts: list[Part]) -> None:
-    width, height = sheet.page_mm
-    sheet.text(LEFT_MM, TOP_MM, heading, points=16, font=BOLD, align="left")
-    scale = draw_exploded(sheet, parts, (LEFT_MM, TOP_MM + 18, width - LEFT_MM, height - TOP_MM))
-    caption = (
-        f"Parts to one scale, {scale:.2f} of life size, pulled apart from front (top) to back; bottom edge near you."
-    )
-    sheet.text(LEFT_MM, TOP_MM + 8, caption, points=9, align="left")
-
-
-def draw_stack(sheet: PdfPage, badge: Badge, top_mm: float) -> None:
-    """A section through the stack, 12 times life size, with the true radius and pitches."""
-    scale, lens = STACK_SCALE, badge.lens
-    left, width = LEFT_MM + 4, 10 * lens.pitch_mm * scale
-    page_y = top_mm + 8 + lens.thickness_mm * scale
-    if lens.kind == "mask":
-        shut = 1 - (lens.open_fraction or 0.0)
-        pitch = lens.pitch_mm * scale
-        sheet.fill([(left + k * pitch, top_mm + 7, left + (k + shut) * pitch, top_mm + 8) for k in range(10)])
-        for y in (top_mm + 8, page_y):
-            sheet.stroke(left, y, left + width, y, 0.2)
-        for x in (left, left + width):
-            sheet.stroke(x, top_mm + 8, x, page_y, 0.2)
-    for k in range(0 if lens.kind == "mask" else 10):
-        assert lens.radius_mm is not None
-        axis = left + (k + 0.5) * lens.pitch_mm * scale
-        points = [(step / 10 - 0.5) * lens.pitch_mm for step in range(11)]
-        sags = [lens.radius_mm - (lens.radius_mm**2 - x**2) ** 0.5 for x in points]
-        for i in range(10):
-            sheet.stroke(
-                axis + points[i] * scale,
-                top_mm + 8 + sags[i] * scale,
-                axis + points[i + 1] * scale,
-                top_mm + 8 + sags[i + 1] * scale,
-                0.2,
-            )
-    cell = badge.gratings[0].cells[0]
-    lines = int(10 * lens.pitch_mm / cell.pitch_mm)
-    sheet.fill(
-        [
-            (left + k * cell.pitch_mm * scale, page_y, left + (k + cell.duty) * cell.pitch_mm * scale, page_y + 1.2)
-            for k in range(lines)
-        ]
-    )
-    sheet.stroke(left, page_y, left + width, page_y, 0.2)
-    front = "printed film on acrylic" if lens.kind == "mask" else "lens sheet, lenses towards the viewer"
-    sheet.text(left + width + 4, top_mm + 8 + lens.thickness_mm * scale / 2, front, points=8, align="left")
-    sheet.text(left + width + 4, page_y + 1.2, "printed lines", points=8, align="left")
 
 
 @dataclass(frozen=True)

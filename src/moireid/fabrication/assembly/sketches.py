@@ -240,6 +240,8 @@ def held(badge: Badge, sheet: PdfPage, area: Rect, *, taped: bool) -> None:
         sheet.path(board.box(-half_x - strip, -half_y - strip, half_x + strip, -half_y), 0.7, 0.2)
         x, y = board.at((0, half_y))
         arrow(sheet, (x, y - 2.5), (x, y + 4))
+        x, y = board.at((half_x, 0))
+        arrow(sheet, (x + 4, y), (x - 5, y))
 
 
 def _along(corners: Sequence[Point], side: int, wide: float) -> list[Point]:

@@ -1,13 +1,14 @@
-"""The printed mount as STL and 3MF files that are each read back and checked.
+"""The printed mount as STL files, one a part, and a 3MF file of all, that are each read back and checked.
 
 The mount is the tray with lanyard, clip or stand, or the snap-in holder.
 
 Convention: the frame of `sight`, its origin on the tray's floor.  The files hold the bodies as they lie on the bed:
-the tray on its back, clip or stand to the right of it.
+the tray on its back, clip or stand in the 3MF file to the right of it.
 """
 
 from __future__ import annotations
 
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -30,7 +31,6 @@ from moireid.fabrication.solids import (
     check_walls,
     export_3mf,
     export_stl,
-    read_mesh,
     solid_of,
 )
 from moireid.files import AnyPath, as_path, planned, whole_file
@@ -53,21 +53,18 @@ class Body:
 
 @dataclass(frozen=True)
 class MountReport:
-    """The files that were written and checked, and what the part will be.
+    """The files that were written and checked, and what the parts will be.
 
-    mass_g: of solid PLA; size_mm: of all bodies on the bed; figures: of a tray twist_deg, the most that page and lens
+    stls: one a body; mass_g: of solid PLA; figures: of a tray twist_deg, the most that page and lens
     may be turned against each other when both touch their register edges, and press_mm, how far the springs are
     bent, which is more than none, so that no air is left between page and lens; of a snap-in holder strain, the most
     of a catch, bite_mm, how much it holds at least of a badge that is pushed to the other side, and hold_n, the force
     that pushes a badge out, N.
     """
 
-    stl: Path
+    stls: tuple[Path, ...]
     three_mf: Path
-    volume_mm3: float
-    size_mm: tuple[float, float, float]
     mass_g: float
-    triangles: int
     bodies: tuple[Body, ...]
     figures: dict[str, float]
 
@@ -95,6 +92,12 @@ def plan_mount(badge: Badge, kind: str, process: MountProcess) -> MountPlan:
     if holder:
         _check_bed(holder.name, *holder.size_mm, holder.width_mm)
     return plan, holder
+
+
+def mount_stls(plan: MountPlan) -> list[str]:
+    """Names of the STL files of a mount: mount.stl is the tray's or the snap-in holder's."""
+    _, holder = plan
+    return ["mount.stl", *([f"mount-{holder.name}.stl"] if holder else [])]
 
 
 def mount_bodies(
@@ -134,7 +137,7 @@ def write_mount(
     plan: MountPlan | None = None,
     bodies: tuple[Body, ...] = (),
 ) -> MountReport:
-    """Write mount.stl and mount.3mf, read both back, and keep them only if both hold what was designed.
+    """Write the STL files and mount.3mf, read all back, and keep them only if all hold what was designed.
 
     Parameters: tolerance_mm: how far the STL's facets may be off the true surface; plan: as for `mount_bodies`;
         bodies: as that gives them, none to shape them here.
@@ -142,41 +145,29 @@ def write_mount(
         fails its check, in which case none is written and no older one is touched.
     """
     folder, process = as_path(folder), process or MountProcess()
-    stl, three_mf = (folder / f"mount.{suffix}" for suffix in ("stl", "3mf"))
-    planned((stl, three_mf), overwrite=overwrite)
+    plan = plan or plan_mount(badge, kind, process)
+    stls, three_mf = tuple(folder / name for name in mount_stls(plan)), folder / "mount.3mf"
+    planned((*stls, three_mf), overwrite=overwrite)
     # The kernel takes seconds to load, so the small packages are imported first, in case one is missing.
     for name in CAD_PACKAGES:
         cad_package(name)
-    plan = plan or plan_mount(badge, kind, process)
     bodies, (held, _) = bodies or mount_bodies(badge, kind, process, plan), plan
-    expected = _together([body.expected for body in bodies])
-    whole = (
-        bodies[0].on_bed if len(bodies) == 1 else cad_package("build123d").Compound([body.on_bed for body in bodies])
-    )
-    with whole_file(stl) as new_stl, whole_file(three_mf) as new_3mf:
-        export_stl(whole, new_stl, tolerance_mm=tolerance_mm)
-        triangles = check_stl(new_stl, expected)
-        meshes = _bodies_of(read_mesh(new_stl), bodies)
+    with ExitStack() as files:
+        *new_stls, new_3mf = (files.enter_context(whole_file(path)) for path in (*stls, three_mf))
+        meshes = []
+        for body, new in zip(bodies, new_stls, strict=True):
+            export_stl(body.on_bed, new, tolerance_mm=tolerance_mm)
+            meshes.append(check_stl(new, body.expected))
+            check_overhangs(meshes[-1], body.name)
         colours = [COLOURS[kind_of(body.name)] for body in bodies]
         export_3mf([(body.name, mesh) for body, mesh in zip(bodies, meshes, strict=True)], new_3mf, colours)
         check_3mf(new_3mf, [body.expected for body in bodies], colours)
-        for body, mesh in zip(bodies, meshes, strict=True):
-            check_overhangs(mesh, body.name)
         if isinstance(held, SnapPlan):
             _check_snap_body(meshes[0], held, process)
         else:
             _check_bodies(bodies, meshes, held, process)
-    (x0, y0, z0), (x1, y1, z1) = expected.lower_mm, expected.upper_mm
-    return MountReport(
-        stl,
-        three_mf,
-        expected.volume_mm3,
-        (x1 - x0, y1 - y0, z1 - z0),
-        expected.volume_mm3 * PLA_G_PER_MM3,
-        triangles,
-        bodies,
-        _report_figures(held, process),
-    )
+    mass_g = sum(body.expected.volume_mm3 for body in bodies) * PLA_G_PER_MM3
+    return MountReport(stls, three_mf, mass_g, bodies, _report_figures(held, process))
 
 
 def _report_figures(plan: TrayPlan | SnapPlan, process: MountProcess) -> dict[str, float]:
@@ -214,24 +205,6 @@ def _check_bed(name: str, *sides_mm: float) -> None:
             "board (--size)",
             longest_mm=longest,
         )
-
-
-def _together(parts: list[ExpectedSolid]) -> ExpectedSolid:
-    lower = tuple(min(values) for values in zip(*(part.lower_mm for part in parts), strict=True))
-    upper = tuple(max(values) for values in zip(*(part.upper_mm for part in parts), strict=True))
-    volume_mm3 = sum(part.volume_mm3 for part in parts)
-    return ExpectedSolid(volume_mm3, lower, upper, solids=len(parts))
-
-
-def _bodies_of(mesh: Any, bodies: tuple[Body, ...]) -> list[Any]:
-    """The mesh of all bodies taken apart, in the order of the bodies, which lie side by side from left to right."""
-    pieces = sorted(mesh.split(only_watertight=True), key=lambda piece: float(piece.bounds[0][0]))
-    if len(pieces) != len(bodies):
-        raise FabricationError(
-            f"the part's STL file holds {len(pieces)} closed bodies, allowed is {len(bodies)}; nothing was kept: "
-            "choose other process figures, and report this if the defaults fail"
-        )
-    return pieces
 
 
 def _check_bodies(bodies: tuple[Body, ...], meshes: list[Any], plan: TrayPlan, process: MountProcess) -> None:

@@ -2,9 +2,9 @@
 
 The board (the page cut out, on card) lies on the tray's floor, and the lens sheet lies on the board.  Both slide in
 together through the open top edge and stop at register edges: the board at the bottom rim, the sheet at two feet at
-the lips' lower ends.  Lips over the left and right edge hold the sheet from the front.  Directly behind the lips,
-tongues in the back plate press the board against the sheet.  They press nowhere else, because a force in the middle
-would bend the sheet.
+the lips' lower ends, and both at two stops on the left side, so that place and angle are the mount's.  Lips over the
+left and right edge hold the sheet from the front.  Directly behind the lips, tongues in the back plate press the board
+against the sheet.  They press nowhere else, because a force in the middle would bend the sheet.
 
 The floor is a lattice of ribs (`openings`): the card lies on them, and on a border all round.  Beyond the tongues the
 rim's sides are what keeps the tray flat.
@@ -45,6 +45,8 @@ PAD_MM, PAD_REACH_MM = 3.0, 2.0
 LEAST_REACH_MM, REACH_STEP_MM = 0.7, 0.1
 #: A level step below a lip or a foot is at most this wide, less than a printed line.
 LEVEL_MM = 0.4
+#: A stop's length along the left side, and how it narrows at its upper end, as a share of the clearance that it fills.
+STOP_MM, STOP_RAMP = 5.0, 3.0
 #: Where the rim holds the board alone, it is this much higher than it; a step in the rim lower than the second figure
 #: is left out.
 SIDE_MM, LEAST_STEP_MM = 1.5, 0.5
@@ -107,6 +109,13 @@ class TrayPlan:
         """The two feet that the sheet rests on."""
         low = self.spans[0][0] - process.clearance_mm - process.wall_mm
         return _both_sides([(self.half_mm[0] - self.reach_mm, low, self.out_x, low + process.wall_mm)])
+
+    @property
+    def stop_rows(self) -> list[tuple[float, float]]:
+        """Rows of the stops at the left: below the lower and the upper end of each lip."""
+        long = [min(STOP_MM, (high - low) / 4) for low, high in self.lips]
+        ends = [((low, low + mm), (high - mm, high)) for (low, high), mm in zip(self.lips, long, strict=True)]
+        return [rows for pair in ends for rows in pair]
 
     def tongue_rects(self) -> list[Rect]:
         """The right-hand tongues, each with its root at the top and its free end at the bottom."""

@@ -9,7 +9,7 @@ import math
 from typing import Any
 
 from moireid.badge import Point, Rect
-from moireid.fabrication.printed.tray import LEVEL_MM, SLIT_MM, TrayPlan, tab_outline
+from moireid.fabrication.printed.tray import LEVEL_MM, SLIT_MM, STOP_RAMP, TrayPlan, tab_outline
 from moireid.fabrication.process_figures import LEAST_LIP_MM, MountProcess
 
 
@@ -24,6 +24,7 @@ def shape_tray(b3d: Any, plan: TrayPlan, process: MountProcess) -> Any:
             added.append(block(b3d, (x0, rect[1], x1, rect[3]), plan.side_top, plan.rim_top))
         added.append(_lip(b3d, plan, process, rect))
     added += [_foot(b3d, plan, process, rect) for rect in plan.foot_rects(process)]
+    added += [_stop(b3d, plan, process, *rows) for rows in plan.stop_rows]
     springs = []
     for rect in plan.pad_rects():
         pad = block(b3d, rect, -process.back_mm / 2, pads)
@@ -151,6 +152,15 @@ def _foot(b3d: Any, plan: TrayPlan, process: MountProcess, rect: Rect) -> Any:
     top = plan.side_top if plan.stepped else plan.rim_top + plan.reach_mm
     under = _underside(plan, process, level, reach)
     return drawn_out(b3d, [*under, (under[-1][0], top), (plan.out_x, top)], rect)
+
+
+def _stop(b3d: Any, plan: TrayPlan, process: MountProcess, low: float, high: float) -> Any:
+    """One stop on the left side, out to the board's edge, with a ramp where the board comes in."""
+    edge, root = -plan.half_mm[0], -plan.out_x + process.wall_mm / 2
+    rim, ramp = -plan.out_x + process.wall_mm, min(STOP_RAMP * process.clearance_mm, (high - low) / 2)
+    outline = [(root, low), (edge, low), (edge, high - ramp), (rim, high), (root, high)]
+    face = b3d.make_face(b3d.Polyline(*outline, close=True))
+    return b3d.extrude(face, plan.rim_top + process.back_mm / 2).moved(b3d.Location((0, 0, -process.back_mm / 2)))
 
 
 def drawn_out(b3d: Any, profile: list[Point], rect: Rect) -> Any:

@@ -19,6 +19,7 @@ from typing import Any
 import uharfbuzz
 
 from moireid.fabrication.text.fonts import face_of
+from moireid.fabrication.text.outlines import outline_of
 from moireid.fabrication.text.shaping import Glyph, ShapedLine, hb_font
 
 
@@ -131,39 +132,13 @@ def _outline(font: Path, number: int, size: float, place: tuple[float, float]) -
     """A glyph as a filled path."""
     from reportlab.lib.rl_accel import fp_str
 
-    pen = _Pen()
-    hb_font(font).draw_glyph_with_pen(number, pen)
+    pen = outline_of(font, number)
     scale = size / face_of(font).upem
     rows = [
         f"{fp_str(*(place[k % 2] + scale * value for k, value in enumerate(values)))} {sign}".strip()
         for sign, values in pen.steps
     ]
     return " ".join([*rows, "f"]) if rows else ""
-
-
-class _Pen:
-    """Takes a glyph's outline as operators of a PDF, each with its figures in the font's units."""
-
-    def __init__(self) -> None:
-        self.steps: list[tuple[str, tuple[float, ...]]] = []
-
-    def moveTo(self, to: tuple[float, float]) -> None:
-        self.steps.append(("m", to))
-
-    def lineTo(self, to: tuple[float, float]) -> None:
-        self.steps.append(("l", to))
-
-    def curveTo(self, *through: tuple[float, float]) -> None:
-        self.steps.append(("c", tuple(value for point in through for value in point)))
-
-    def qCurveTo(self, control: tuple[float, float], to: tuple[float, float]) -> None:
-        """A quadratic curve as a cubic one: its inner points are two thirds of the way to the quadratic's."""
-        start = self.steps[-1][1][-2:]
-        first, second = ((p[0] + 2 / 3 * (control[0] - p[0]), p[1] + 2 / 3 * (control[1] - p[1])) for p in (start, to))
-        self.curveTo(first, second, to)
-
-    def closePath(self) -> None:
-        self.steps.append(("h", ()))
 
 
 def _font_in(canvas: Any, path: Path, glyph: Glyph) -> PdfFont:
