@@ -36,6 +36,9 @@ Crop = tuple[int, int, int, int]
 #: Rays of a pixel, as a grid across and down it.
 RAYS = (16, 1)
 MOST_RAYS = 1 << 16
+#: A moving pixel has so many times the rays, down it, as they are also spread over its exposure: with less, errors grow
+#: fast, and with more they fall slowly (`moireid bench simulate`).
+EXPOSED = 3
 #: No forged field: a badge seen from one place.  And unknown values for the blocks of a picture.
 NO_FIELD, _UNEVEN = np.zeros((1, 1, 2)), np.full((1, 1), np.nan, np.float32)
 #: Multiples of the golden ratio spread the rays of a row evenly over its height.
@@ -55,20 +58,26 @@ class BoardRadiance:
 class AnalyticRenderer:
     """Renders frames of one scene; tables and texture are made once.
 
-    Parameters: rays: across and down a pixel, the cost is their product; precision: "float32" for the fast way,
+    Parameters: rays: across and down a pixel, the cost is their product; times: as many more of a pixel that
+        moves while it is exposed; precision: "float32" for the fast way,
         "float64" to trace every ray with care.
     Raises: SpecError where there are no rays, or a sheet's lenses do not meet.
     """
 
     def __init__(
-        self, scene: Scene, *, rays: tuple[int, int] = RAYS, precision: Literal["float32", "float64"] = "float32"
+        self,
+        scene: Scene,
+        *,
+        rays: tuple[int, int] = RAYS,
+        times: int = EXPOSED,
+        precision: Literal["float32", "float64"] = "float32",
     ) -> None:
         if min(rays) < 1 or math.prod(rays) > MOST_RAYS:
             raise SpecError(f"rays={rays} of a pixel cannot be traced; give 1 to {MOST_RAYS} in all")
         self.scene, self.rays, self.precision = scene, rays, precision
         if scene.need.bounces:
             raise SpecError("the analytic renderer follows no light that bounces within the sheet; use the mitsuba one")
-        self._points, self._exposed_points = (exposed_rays(*rays, times) for times in (1, EXPOSED))
+        self._points, self._exposed_points = (exposed_rays(*rays, count) for count in (1, times))
         self._sheet = sheet_as_built(scene)
         self._cells = cell_table(scene)
         cx, cy = scene.board_centre_mm
@@ -151,11 +160,6 @@ class AnalyticRenderer:
         build = self.scene.build
         careful = build.air_gap_mm > 0 or build.conic != 0 or build.is_uneven or build.is_bent
         return self.precision == "float32" and self.scene.light is None and not careful
-
-
-#: A moving pixel has so many times the rays, down it, as they are also spread over its exposure: with less, errors grow
-#: fast, and with more they fall slowly (`moireid bench simulate`).
-EXPOSED = 3
 
 
 def at_exposure(values: Array) -> Array:
