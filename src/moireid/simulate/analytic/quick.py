@@ -157,20 +157,7 @@ def _drift(
     c, d = _across(cx, cy, frame), _across(dx, dy, frame)
     slope = _across(end_x - begin_x, end_y - begin_y, frame)
     bow = _across(2.0 * (begin_x + end_x - 2.0 * tx), 2.0 * (begin_y + end_y - 2.0 * ty), frame)
-    return (
-        a[0],
-        b[0],
-        c[0],
-        d[0],
-        a[1],
-        b[1],
-        c[1],
-        d[1],
-        per_tangent * slope[0],
-        per_tangent * bow[0],
-        0.0,
-        0.0,
-    )
+    return (a[0], b[0], c[0], d[0], a[1], b[1], c[1], d[1], per_tangent * slope[0], per_tangent * bow[0], 0.0, 0.0)
 
 
 @njit(inline="always")
