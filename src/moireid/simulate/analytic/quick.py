@@ -21,8 +21,10 @@ from moireid.simulate.analytic.trace import (
     NO_SWEEP,
     FrameView,
     TracedBoard,
+    bins_of,
     field_part,
     half_footprint,
+    is_inked,
     moved,
     page_value,
     turned,
@@ -35,25 +37,14 @@ F, INT, UINT = np.float32, np.int32, np.uint32
 
 @njit(inline="always")
 def land_rays(
-    grating: int,
-    tx: float,
-    ty: float,
-    turning: Any,
-    sweep: Any,
-    centres: Any,
-    shift: Any,
-    view: FrameView,
-    sheet: Any,
-    cells: Any,
-    board: Any,
-    landed: Any,
+    grating: int, pixel: Any, centres: Any, view: FrameView, sheet: Any, cells: Any, board: Any, landed: Any
 ) -> bool:
     """Fill landed (2, R) with the places of the print that a pixel's rays see; False where `trace` must do the pixel.
 
-    Parameters: tx, ty: tangents of the pixel's middle; turning: how they change for one pixel right (x, y), then for
-    one pixel down; sweep: `trace.NO_SWEEP`; centres (3, 3): the camera's, mm; shift: moves all of the pixel's rays
-    right and down, px, and in time.
+    Parameters: pixel: tangents of its middle; how they change for one pixel right (x, y), then for one pixel down;
+    `trace.NO_SWEEP`; what moves all of its rays right and down, px, and in time; centres (5, 3): the camera's, mm.
     """
+    tx, ty, turning, sweep, shift = pixel
     frame, pitch, fall = cells.frames[grating], sheet.pitch, -(centres[0, 2] + sheet.height)
     x, y = centres[0, 0] + fall * tx, centres[0, 1] + fall * ty
     even, field_x, field_y = _field_of_pixel(tx, ty, turning, sweep, centres[0], board)
@@ -258,61 +249,20 @@ def _land_behind_mask(
         landed[1, ray] = page[1] + (lx * turn[2] + ly * turn[3])
 
 
-@njit(inline="always")
-def _bins_of(grating: int, cells: Any) -> tuple[Any, Any, Any, Any, Any, Any, bool]:
-    """Begin, bins to the millimetre and last bin, across and along; and whether each bin is a strip."""
-    return (
-        cells.bins[grating, 0, 0],
-        cells.bins[grating, 0, 1],
-        cells.bins[grating, 0, 2],
-        cells.bins[grating, 1, 0],
-        cells.bins[grating, 1, 1],
-        cells.bins[grating, 1, 2],
-        cells.bins[grating, 0, 3] * cells.bins[grating, 1, 3] > F(0.0),
-    )
-
-
-@njit(inline="always")
-def _bin(place: Any, begin: Any, per_mm: Any, last: Any) -> Any:
-    """The bin of a place; NaN is in the first."""
-    number = (place - begin) * per_mm
-    number = number if number > F(0.0) else F(0.0)
-    return UINT(number if number < last else last)
-
-
-@njit(inline="always")
-def _is_inked(x: Any, y: Any, grating: int, bins: Any, cells: Any) -> bool:
-    """Whether a place of the print is inked; NaN, which no light reaches, counts as ink."""
-    across, along = _bin(x, bins[0], bins[1], bins[2]), _bin(y, bins[3], bins[4], bins[5])
-    if not bins[6]:
-        across = UINT(cells.strips[grating, 0, across] + (x >= cells.next_cut[grating, 0, across]))
-        along = UINT(cells.strips[grating, 1, along] + (y >= cells.next_cut[grating, 1, along]))
-    place = (
-        cells.print[grating, along, across, 0]
-        + x * cells.print[grating, along, across, 1]
-        + y * cells.print[grating, along, across, 3]
-    )
-    return not place - np.floor(place) >= cells.print[grating, along, across, 2]
-
-
 @njit()
 def count_inked(grating: int, landed: Any, cells: Any) -> int:
     """How many of a pixel's rays see ink; the bars of a mask count as ink."""
-    inked, bins = 0, _bins_of(grating, cells)
+    inked, bins = 0, bins_of(grating, cells)
     for ray in range(landed.shape[1]):
-        inked += 1 if _is_inked(landed[0, ray], landed[1, ray], grating, bins, cells) else 0
+        inked += 1 if is_inked(landed[0, ray], landed[1, ray], grating, bins, cells) else 0
     return inked
 
 
 @njit(inline="always")
 def mixed_pixel(
     grating: int,
-    tx: float,
-    ty: float,
-    turning: Any,
-    sweep: Any,
+    pixel: Any,
     centre: Any,
-    shift: Any,
     view: FrameView,
     sheet: TracedSheet,
     cells: Any,
@@ -323,8 +273,9 @@ def mixed_pixel(
 
     Parameters: as `land_rays`; grating: -1 for none.
     """
+    tx, ty, turning, sweep, shift = pixel
     points, height, total, count = view.points, sheet.height, 0.0, 0
-    bins = _bins_of(max(grating, 0), cells)
+    bins = bins_of(max(grating, 0), cells)
     x0, y0 = centre[0] - centre[2] * tx, centre[1] - centre[2] * ty
     for ray in range(points.shape[1]):
         right, down, time = points[0, ray] + shift[0], points[1, ray] + shift[1], points[2, ray] + shift[2]
@@ -340,7 +291,7 @@ def mixed_pixel(
             lens_y = y - height * (ty + more_y + (sweep[10] + sweep[11] * time) * time)
             across, along = turned(lens_x, lens_y, cells.frames[grating])
             if rect[0] <= across <= rect[2] and rect[1] <= along <= rect[3]:
-                total += board.ink if _is_inked(landed[0, ray], landed[1, ray], grating, bins, cells) else board.paper
+                total += board.ink if is_inked(landed[0, ray], landed[1, ray], grating, bins, cells) else board.paper
                 continue
         total += page_value((y + board.half_y) * board.rows_per_mm, (x + board.half_x) * board.columns_per_mm, board)
     return total, count

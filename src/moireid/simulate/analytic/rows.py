@@ -88,18 +88,15 @@ def _row(
             coverage[column] = 1.0
             continue
         if kind != CAREFUL and view.quick:
-            ready = grating < 0 or land_rays(
-                grating, tx, ty, turning, sweep, centres, shift, view, sheet, cells, board, landed
-            )
+            pixel = tx, ty, turning, sweep, shift
+            ready = grating < 0 or land_rays(grating, pixel, centres, view, sheet, cells, board, landed)
             if ready and kind == GRATING:
                 inked = count_inked(grating, landed, cells)
                 radiance[column] = board.paper + inked * per_ray * (board.ink - board.paper)
                 coverage[column] = 1.0
                 continue
             if ready:
-                total, count = mixed_pixel(
-                    grating, tx, ty, turning, sweep, centre, shift, view, sheet, cells, board, landed
-                )
+                total, count = mixed_pixel(grating, pixel, centre, view, sheet, cells, board, landed)
                 if count > 0:
                     radiance[column] = total / count
                     coverage[column] = count * per_ray

@@ -13,6 +13,8 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from moireid.simulate.analytic.light_kernels import lit
 from moireid.simulate.analytic.traced_sheet import TracedSheet, land
 from moireid.simulate.analytic.uneven_sheet import smooth_at
@@ -92,28 +94,40 @@ def turned(x: float, y: float, frame: Any) -> tuple[float, float]:
 
 
 @njit(inline="always")
-def strip_at(place: float, cuts: Any) -> int:
-    """Which strip between rising cuts a finite place lies in; a cut itself belongs to the strip after it."""
-    low, high = 0, cuts.shape[0]
-    while low < high:
-        middle = (low + high) // 2
-        if place >= cuts[middle]:
-            low = middle + 1
-        else:
-            high = middle
-    return low
+def bins_of(grating: int, cells: Any) -> tuple[Any, Any, Any, Any, Any, Any, bool]:
+    """Begin, bins to the millimetre and last bin, across and along; and whether each bin is a strip."""
+    return (
+        cells.bins[grating, 0, 0],
+        cells.bins[grating, 0, 1],
+        cells.bins[grating, 0, 2],
+        cells.bins[grating, 1, 0],
+        cells.bins[grating, 1, 1],
+        cells.bins[grating, 1, 2],
+        cells.bins[grating, 0, 3] * cells.bins[grating, 1, 3] > np.float32(0.0),
+    )
 
 
 @njit(inline="always")
-def inked(grating: int, across: float, along: float, cells: Any) -> bool:
-    """Whether a line is printed at that place of the page, mm from the board's centre."""
-    columns, rows = strip_at(across, cells.cuts[grating, 0]), strip_at(along, cells.cuts[grating, 1])
-    cell = cells.grid[grating, rows, columns]
-    found = False
-    if cell >= 0:
-        place = (across - cells.lines[cell, 0]) * cells.lines[cell, 1] + along * cells.lines[cell, 3]
-        found = place - math.floor(place) < cells.lines[cell, 2]
-    return found
+def _bin(place: Any, begin: Any, per_mm: Any, last: Any) -> Any:
+    """The bin of a place; NaN is in the first."""
+    number = (place - begin) * per_mm
+    number = number if number > np.float32(0.0) else np.float32(0.0)
+    return np.uint32(number if number < last else last)
+
+
+@njit(inline="always")
+def is_inked(x: Any, y: Any, grating: int, bins: Any, cells: Any) -> bool:
+    """Whether a place of the print is inked; NaN, which no light reaches, counts as ink."""
+    across, along = _bin(x, bins[0], bins[1], bins[2]), _bin(y, bins[3], bins[4], bins[5])
+    if not bins[6]:
+        across = np.uint32(cells.strips[grating, 0, across] + (x >= cells.next_cut[grating, 0, across]))
+        along = np.uint32(cells.strips[grating, 1, along] + (y >= cells.next_cut[grating, 1, along]))
+    place = (
+        cells.print[grating, along, across, 0]
+        + x * cells.print[grating, along, across, 1]
+        + y * cells.print[grating, along, across, 3]
+    )
+    return not place - np.floor(place) >= cells.print[grating, along, across, 2]
 
 
 @njit(inline="always")
@@ -210,7 +224,7 @@ def _lines_seen(
     lx = landed + aside + offset
     page_across, page_along = lx * cosine - ly * sine, ly * cosine + lx * sine
     page_across, page_along = page_across + frame[4] * page_along, page_along + frame[5] * page_across
-    if not inked(grating, page_across, page_along, cells):
+    if not is_inked(np.float32(page_across), np.float32(page_along), grating, bins_of(grating, cells), cells):
         value = board.paper
     if board.lamps[grating, 9] > 0.0:
         # Across the lenses a ray covers its share of the pixel, widened by the slant.

@@ -34,21 +34,15 @@ class Cells(NamedTuple):
     frames (G, 9): the page's directions across and along (x, y, then x, y); what a place along adds to across, and
     one across to along, where a print of two scales shears a turned grating; offset of the sheet, mm, cosine and sine
     of its twist, from across towards along.
-    cuts (G, 2, K): across and along, rising places where a strip of cells ends and the next begins, infinity after the
-    last; grid (G, strips along, strips across): the cell there, or -1; lines (C, 4): edge, lines to the millimetre,
-    duty, and by how many lines they slant to the millimetre along.
-
-    The rest is float32, for `quick`.  print (G, strips along, strips across, 4): as lines, but first the lines at the
-    board's centre, and all 0 without a cell.  bins (G, 2, 4): where even bins begin, bins to the millimetre, the last
-    one's number, and 1 where a bin is a strip; else strips, next_cut (G, 2, B) are, of each bin, the strip in
-    which it begins, and the cut within it.
+    print (G, strips along, strips across, 4) float32: of the cell there, all 0 without one: the lines at the board's
+    centre, lines to the millimetre, duty, and by how many lines they slant to the millimetre along.
+    bins (G, 2, 4) float32, across and along: where even bins begin, bins to the millimetre, the last one's number, and
+    1 where a bin is a strip; else strips, next_cut (G, 2, B) are, of each bin, the strip in which it begins, and the
+    cut within it.
     """
 
     gratings: Array
     frames: Array
-    cuts: Array
-    grid: NDArray[np.int64]
-    lines: Array
     print: NDArray[np.float32]
     bins: NDArray[np.float32]
     strips: NDArray[np.int32]
@@ -168,19 +162,10 @@ def cell_table(scene: Scene) -> Cells:
     grid = np.full((len(grids), *shape), -1, np.int64)
     for k, one in enumerate(grids):
         grid[k, : one.shape[0], : one.shape[1]] = one
-    ends = np.full((len(cuts), 2, max(shape)), math.inf)
-    for k, sides in enumerate(cuts):
-        for side, places in enumerate(sides):
-            ends[k, side, : len(places)] = places
-    table = np.array(lines)
-    return Cells(np.array(rects), np.array(frames), ends, grid, table, _print_table(grid, table), *_bins(cuts))
-
-
-def _print_table(grid: NDArray[np.int64], lines: Array) -> NDArray[np.float32]:
-    """`Cells.print`, of grid and lines."""
-    own = lines.copy()
-    own[:, 0] = -lines[:, 0] * lines[:, 1] % 1.0
-    return np.append(own, np.zeros((1, 4)), axis=0).astype(np.float32)[grid]
+    table = np.array([*lines, [0.0] * 4])
+    table[:, 0] = -table[:, 0] * table[:, 1] % 1.0
+    printed = table.astype(np.float32)[grid]
+    return Cells(np.array(rects), np.array(frames), printed, *_bins(cuts))
 
 
 #: At most so many bins over a grating: a strip may be misplaced by one's width, 0.03 mm of a large page.
