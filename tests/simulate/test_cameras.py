@@ -8,10 +8,12 @@ import cv2
 import numpy as np
 import pytest
 
+from moireid.simulate.analytic.accuracy import compare
 from moireid.simulate.analytic.analytic_renderer import AnalyticRenderer, BoardRadiance
 from moireid.simulate.cameras import Camera, undistorted
+from moireid.simulate.mitsuba.mitsuba_renderer import averaged
 from moireid.simulate.motion import Poses
-from moireid.simulate.recording.sensor import Sensor, averaged, opened
+from moireid.simulate.recording.sensor import Sensor, opened
 from moireid.simulate.scene import Build, Instant, Scene
 
 BENT = (-0.25, 0.08, 0.003, -0.002)
@@ -87,12 +89,11 @@ def test_a_moving_board_is_smeared_as_far_as_it_moves(prototype):
 
     camera = Camera(width=640, height=360, focal_px=500.0, shutter_s=0.0, exposure_s=0.02)
     scene = Scene(prototype, Build(), camera)
-    middle, opening = opened(going_left, camera, scene.board_half_mm, 0.1, 30.0)
+    middle, (first, row, last) = opened(going_left, camera, scene.board_half_mm, 0.1, 30.0)
     assert middle.camera_mm[0] == pytest.approx([0.0, 0.0, -600.0])
     # 600 mm/s for 20 ms at 500/600 px to the millimetre is 10 px.
-    assert len(opening) == 10
-    render = AnalyticRenderer(scene).render
-    board = averaged([render(Instant(_at(p, 0), _at(p, 2), p.camera_mm[1])) for p in opening])
+    assert len(row.camera_mm) == 10
+    board = AnalyticRenderer(scene).render(Instant(first, last, row.camera_mm))
     assert board is not None
     row = board.coverage[board.coverage.shape[0] // 2]
     edge = 319.5 - 73 * 500 / 600 - board.left
@@ -100,8 +101,32 @@ def test_a_moving_board_is_smeared_as_far_as_it_moves(prototype):
     assert climb[1] == pytest.approx(edge, abs=0.6) and climb[2] - climb[0] == pytest.approx(9.0, abs=0.8)
 
 
-def _at(poses: Poses, k: int) -> Poses:
-    return Poses(poses.camera_mm[k : k + 1], poses.rotation[k : k + 1])
+@pytest.mark.claim("An exposure gathers what each of its instants shows")
+@pytest.mark.parametrize("precision", ["float32", "float64"])
+def test_an_exposure_is_the_mean_of_its_instants(prototype, precision):
+    """Catches: rays all at one time; a motion at constant speed; tangents, rim or forged fringes held still."""
+
+    def swung(times_s: np.ndarray) -> Poses:
+        x, turn = 40.0 * np.sin(30 * times_s), 0.02 * np.sin(40 * times_s + 1)
+        turns = [cv2.Rodrigues(np.array([0.5 * one, one, one]))[0] for one in turn]
+        return Poses(np.column_stack([x, 0.3 * x, 20.0 * np.cos(20 * times_s) - 600.0]), np.array(turns))
+
+    camera = Camera(width=480, height=360, focal_px=500.0, shutter_s=0.01, exposure_s=0.02)
+    scene = Scene(prototype, Build(), camera)
+    _, (first, row, last) = opened(swung, camera, scene.board_half_mm, 0.1, 30.0)
+    shown = row.camera_mm + np.array([30.0, 0.0, 0.0])
+    exposed = Instant(first, last, shown)
+    board = AnalyticRenderer(scene, precision=precision).render(exposed)
+    parts = averaged([AnalyticRenderer(scene).render(one) for one in exposed.parts()])
+    assert board is not None and parts is not None and len(row.camera_mm) > 15
+    found = compare(scene, exposed.parts()[len(shown) // 2], board, parts)
+    assert found.strips >= 1 and found.phase_rad < 0.02 and found.image < 0.06
+    both = [np.zeros((360, 480)) for _ in range(2)]
+    for picture, one in zip(both, (board, parts), strict=True):
+        rows, columns = one.radiance.shape
+        picture[one.top : one.top + rows, one.left : one.left + columns] = one.radiance * one.coverage
+    apart = cv2.GaussianBlur(both[0] - both[1], (0, 0), 2.0)
+    assert np.sqrt(np.mean(apart**2)) < 0.01 and np.abs(apart).max() < 0.06
 
 
 # Light and software.

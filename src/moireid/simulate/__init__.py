@@ -4,6 +4,7 @@ scene.py       one description of badge as built, camera and light, for every re
 build.py       how a built badge differs from its design; builds and sheets by name
 flaw_table.py  every flaw of a build: unit, range and meaning
 motion.py      where the camera is: named motions, two measured ones, CSV files
+turns.py       rotations and splines
 phone_walk.py  a phone's measured walk, changed to a walk around the badge
 cameras.py     cameras: lens and its distortion, shutter, exposure; some by name
 light.py       a disc of light before an even sky, and the bands into which the lenses focus it

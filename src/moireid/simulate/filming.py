@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 from moireid.errors import SpecError
 from moireid.files import AnyPath, as_path, planned, whole_file
 from moireid.simulate.analytic.accuracy import Estimate, cheapest, estimate_error
-from moireid.simulate.analytic.analytic_renderer import AnalyticRenderer
+from moireid.simulate.analytic.analytic_renderer import RAYS, AnalyticRenderer
 from moireid.simulate.build import flaw_name
 from moireid.simulate.cameras import Camera
 from moireid.simulate.effects.effect import Effect, begun, timing_of
@@ -56,10 +57,6 @@ class FilmReport:
         That filmed it.
     stages_s : dict of str to float
         Seconds by stage of the work.
-    left_out : tuple of LeftOut
-        What no frame shows, and the seconds a frame that this saves.
-    estimate : Estimate
-        The renderer's setting, and the phase error that it is expected to make, rad.
     """
 
     video: Path
@@ -69,8 +66,18 @@ class FilmReport:
     size: tuple[int, int]
     camera: Camera
     stages_s: dict[str, float]
-    left_out: tuple[LeftOut, ...]
-    estimate: Estimate
+    _estimated: Callable[[], Estimate] = field(repr=False, compare=False)
+    _compared: Callable[[Estimate], tuple[LeftOut, ...]] = field(repr=False, compare=False)
+
+    @cached_property
+    def estimate(self) -> Estimate:
+        """The renderer's setting, and the phase error that it is expected to make, rad; made when it is asked for."""
+        return self._estimated()
+
+    @cached_property
+    def left_out(self) -> tuple[LeftOut, ...]:
+        """What no frame shows, and the seconds a frame that this saves; measured when it is asked for."""
+        return self._compared(self.estimate)
 
 
 def truth_path(video: AnyPath) -> Path:
@@ -114,6 +121,7 @@ def film(
     recipe: str | None = None,
     backend: str = "analytic",
     error_rad: float | None = None,
+    quick: bool = False,
     overwrite: bool = False,
     progress: Callable[[int, int], None] | None = None,
 ) -> FilmReport:
@@ -149,6 +157,8 @@ def film(
         "mitsuba" is the slow reference, which knows no rolling shutter.
     error_rad : float, optional
         Phase error that the renderer must meet, by the cheapest setting that does, rad.
+    quick : bool
+        Whether to encode in a quarter of the time, into a file three to five times as large; a recipe has its own way.
     overwrite : bool
         Whether older files may be replaced.
     progress : callable, optional
@@ -176,7 +186,7 @@ def film(
         raise SpecError(f"{frames} frames at {fps:g} per second is no film; give 2 or more frames at 1 to 1000 fps")
     for effect in effects:
         scene = effect.scene(scene) if effect.scene else scene
-    way = recipe_for(recipe, crf)
+    way = recipe_for(recipe, crf, quick=quick)
     for effect in effects:
         way = effect.recipe(way) if effect.recipe else way
     timing = timing_of(effects, frames, fps, seed)
@@ -195,9 +205,11 @@ def film(
     stages = Stages()
     stages.begin()
     instants = _some_instants(motion, timing.count / timing.fps)
-    estimate = _estimate(scene, instants, backend, error_rad, seed)
-    stages.end("estimate")
-    render, sensor = _renderer(scene, backend, seed, estimate), Sensor(camera, seed, need=scene.need)
+    estimate = None
+    if error_rad is not None or backend == "mitsuba":
+        # The renderer's setting depends on it.
+        estimate = _estimate(scene, instants, backend, error_rad, seed)
+    render, sensor = _renderer(scene, seed, estimate), Sensor(camera, seed, need=scene.need)
     painter = _painter(setting, scene, seed)
     steps, behind = begun(effects, take_of(scene, poses, timing.fps, seed))
     longest_s = 1 / min(fps, timing.fps)
@@ -227,13 +239,28 @@ def film(
             if written:
                 written.result()
         stages.end("encode")
-    exposed = opened(motion, camera, scene.board_half_mm, timing.count / timing.fps / 2, 1 / longest_s)[1]
-    unseen = left_out(scene, backend, estimate, instants[1], instants=len(exposed), sensor_s=stages.least["sensor"])
-    in_view = (
-        ("the printed name", "the mount", "colour" if shot.chroma and writer.keeps_colour else "") if setting else ()
+    seen = (
+        {"the printed name", "the mount", "colour" if shot.chroma and writer.keeps_colour else ""} if setting else set()
     )
-    unseen = tuple(one for one in unseen if one.what not in in_view)
-    return FilmReport(video, truth_path(video), len(kept), label, writer.size, camera, stages.seconds, unseen, estimate)
+    sensor_s = stages.least["sensor"]
+
+    def compared(found: Estimate) -> tuple[LeftOut, ...]:
+        opening = opened(motion, camera, scene.board_half_mm, timing.count / timing.fps / 2, 1 / longest_s)[1]
+        exposed = Instant(opening[0], opening[2], opening[1].camera_mm)
+        unseen = left_out(scene, backend, found, instants[1], exposed=exposed, sensor_s=sensor_s)
+        return tuple(one for one in unseen if one.what not in seen)
+
+    return FilmReport(
+        video,
+        truth_path(video),
+        len(kept),
+        label,
+        writer.size,
+        camera,
+        stages.seconds,
+        lambda: estimate or estimate_error(scene, instants),
+        compared,
+    )
 
 
 def _painter(setting: str | None, scene: Scene, seed: int) -> Painter | None:
@@ -269,7 +296,7 @@ def _some_instants(motion: Motion, length_s: float) -> list[Instant]:
 
 
 def _estimate(scene: Scene, instants: list[Instant], backend: str, error_rad: float | None, seed: int) -> Estimate:
-    """The renderer's setting and its error; Mitsuba, which is slow, is asked for the middle frame alone.
+    """The setting that meets a wish, and its error; Mitsuba, which is slow, is asked for the middle frame alone.
 
     Raises: SpecError where the wish is not met.
     """
@@ -282,10 +309,10 @@ def _estimate(scene: Scene, instants: list[Instant], backend: str, error_rad: fl
     return estimate_error(scene, instants) if error_rad is None else cheapest(scene, instants, error_rad)
 
 
-def _renderer(scene: Scene, backend: str, seed: int, estimate: Estimate) -> Render:
-    """What renders one frame of the scene."""
-    if estimate.segments is None:
-        return AnalyticRenderer(scene, rays=estimate.rays).render
+def _renderer(scene: Scene, seed: int, estimate: Estimate | None) -> Render:
+    """What renders one frame of the scene, by the setting of an estimate."""
+    if estimate is None or estimate.segments is None:
+        return AnalyticRenderer(scene, rays=estimate.rays if estimate else RAYS).render
     from moireid.simulate.mitsuba.mitsuba_renderer import MitsubaRenderer
 
     return MitsubaRenderer(scene, samples=estimate.rays[0], segments=estimate.segments, seed=seed).render

@@ -48,12 +48,12 @@ def timed(what: str, saved_s: float, noise_s: float, how: str) -> LeftOut:
 
 
 def left_out(
-    scene: Scene, backend: str, estimate: Estimate, instant: Instant, *, instants: int, sensor_s: float
+    scene: Scene, backend: str, estimate: Estimate, instant: Instant, *, exposed: Instant, sensor_s: float
 ) -> tuple[LeftOut, ...]:
     """All that a film leaves out.
 
-    Parameters: estimate: of the film's setting, with the time of a frame; instant: a true frame of the film; instants:
-        how many an exposure would have if the shutter were shown; sensor_s: the sensor's time for a frame.
+    Parameters: estimate: of the film's setting, with the time of a frame; instant: a true frame of the film; exposed:
+        the same with its exposure, as if the shutter were shown; sensor_s: the sensor's time for a frame.
     Convention: a thing that costs nothing saves 0.
     Source: module docstring.
     """
@@ -81,10 +81,10 @@ def left_out(
         found.append(LeftOut("bounces within the sheet, and its hidden face", None, NOT_MEASURED))
     if backend == "mitsuba":
         found.append(LeftOut("rolling shutter", 0.0, "one pose serves all rows"))
-    return (*found, *_unneeded(scene, backend, estimate, instant, instants))
+    return (*found, *_unneeded(scene, backend, estimate, instant, exposed))
 
 
-def _unneeded(scene: Scene, backend: str, estimate: Estimate, instant: Instant, instants: int) -> list[LeftOut]:
+def _unneeded(scene: Scene, backend: str, estimate: Estimate, instant: Instant, exposed: Instant) -> list[LeftOut]:
     """What could be shown, but is not because `Scene.need` does not ask for it."""
     need, found = scene.need, []
     if not need.background:
@@ -95,8 +95,14 @@ def _unneeded(scene: Scene, backend: str, estimate: Estimate, instant: Instant, 
         more = max(_board_px(whole, instant) - estimate.pixels, 0) / max(estimate.pixels, 1)
         found.append(LeftOut("page and markers", more * estimate.frame_s, "estimated, at most: their pixels"))
     if not need.shutter:
-        cost = (instants - 1) * estimate.frame_s
-        found.append(LeftOut("rolling shutter and exposure", cost, "estimated: one frame for each instant"))
+        what = "rolling shutter and exposure"
+        if backend == "mitsuba":
+            cost = (len(exposed.first.camera_mm) - 1) * estimate.frame_s
+            found.append(LeftOut(what, cost, "estimated: one frame for each instant"))
+        else:
+            render = AnalyticRenderer(scene, rays=estimate.rays).render
+            works = (partial(render, one) for one in (exposed, instant))
+            found.append(_apart(what, "measured: a frame with and without", *works))
     if not need.glare and scene.light is not None:
         if backend == "mitsuba":
             found.append(LeftOut("glare", 0.0, "traced in any case, and not added"))

@@ -14,12 +14,11 @@ from importlib import resources
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
-from scipy.spatial.transform import Rotation, RotationSpline
 
 from moireid.errors import MediaError, SpecError
 from moireid.files import MOST_TABLE_BYTES, AnyPath, as_path, read_regular
 from moireid.simulate.phone_walk import PHONE_WALK, around_badge, fast_turns_rad, to_and_fro_s
+from moireid.simulate.turns import continuous, from_quaternions, from_vectors, from_yxz, spline
 
 Array = NDArray[np.float64]
 COLUMNS = ("t_s", "x_mm", "y_mm", "z_mm", "qx", "qy", "qz", "qw")
@@ -129,9 +128,9 @@ def sway(distance_mm: float, seed: int) -> Motion:
         badge = np.column_stack([120.0 * beat, 8.0 * moved[:, 1], 25.0 * moved[:, 2]])
         yaw = np.radians(9.0) * np.sin(2 * math.pi * 0.31 * times_s + 0.5)
         wobble = turn(times_s)
-        board_to_camera = Rotation.from_euler("yxz", np.column_stack([yaw + wobble[:, 0], wobble[:, 1], wobble[:, 2]]))
+        board_to_camera = from_yxz(np.column_stack([yaw + wobble[:, 0], wobble[:, 1], wobble[:, 2]]))
         shift = badge + np.array([0.0, 0.0, distance_mm])
-        return Poses(-board_to_camera.inv().apply(shift), board_to_camera.as_matrix())
+        return Poses(-_turned_back(board_to_camera, shift), board_to_camera)
 
     return poses
 
@@ -147,7 +146,7 @@ def roll(distance_mm: float, seed: int) -> Motion:
         straight = path(times_s)
         turn = np.zeros((len(times_s), 3))
         turn[:, 2] = math.radians(25.0) * np.sin(2 * math.pi * 0.4 * times_s)
-        return Poses(straight.camera_mm, Rotation.from_rotvec(turn).as_matrix() @ straight.rotation)
+        return Poses(straight.camera_mm, from_vectors(turn) @ straight.rotation)
 
     return poses
 
@@ -157,11 +156,11 @@ def oblique(distance_mm: float, seed: int) -> Motion:
 
     Convention: the camera stays on the side of +x, at the same distance from the badge as the linear path.
     """
-    path, aside = linear(distance_mm, seed), Rotation.from_euler("y", -45.0, degrees=True)
+    path, aside = linear(distance_mm, seed), from_yxz(np.array([[-math.pi / 4, 0.0, 0.0]]))[0]
 
     def poses(times_s: Array) -> Poses:
         straight = path(times_s)
-        return Poses(aside.apply(straight.camera_mm), straight.rotation @ aside.inv().as_matrix())
+        return Poses(straight.camera_mm @ aside.T, straight.rotation @ aside.T)
 
     return poses
 
@@ -177,9 +176,9 @@ def tumble(distance_mm: float, seed: int) -> Motion:
     def poses(times_s: Array) -> Poses:
         shake = tremor(times_s)
         turns = swing * np.sin(2 * math.pi * rate_hz * times_s[:, None] + start) + math.radians(0.3) * shake[:, :3]
-        board_to_camera = Rotation.from_euler("yxz", turns)
+        board_to_camera = from_yxz(turns)
         shift = np.array([0.0, 0.0, distance_mm]) + 4.0 * shake[:, 3:]
-        return Poses(-board_to_camera.inv().apply(shift), board_to_camera.as_matrix())
+        return Poses(-_turned_back(board_to_camera, shift), board_to_camera)
 
     return poses
 
@@ -243,8 +242,13 @@ def _to_and_fro(times_s: Array) -> Array:
 
 def _before_moving_board(camera: Poses, place_mm: Array, turn_rad: Array) -> Poses:
     """A camera in the room, before a board at places (T, 3) that is turned by (T, 3) about its own axes."""
-    turn = Rotation.from_rotvec(turn_rad)
-    return Poses(turn.inv().apply(camera.camera_mm - place_mm), camera.rotation @ turn.as_matrix())
+    turn = from_vectors(turn_rad)
+    return Poses(_turned_back(turn, camera.camera_mm - place_mm), camera.rotation @ turn)
+
+
+def _turned_back(turns: Array, vectors: Array) -> Array:
+    """Vectors (T, 3) turned by the inverse of each of the turns (T, 3, 3)."""
+    return np.asarray(np.einsum("tji,tj->ti", turns, vectors))
 
 
 def measured_run(distance_mm: float) -> Motion:
@@ -266,8 +270,8 @@ def walk(distance_mm: float, seed: int) -> Motion:
     """
     rows = _rows(csv.DictReader(_read_shipped_run(PHONE_WALK).splitlines()), "the measured walk")
     begin, length = rows[0, 0], rows[-1, 0] - rows[0, 0]
-    place = CubicSpline(rows[:, 0], distance_mm * around_badge(rows[:, 1:4]))
-    turn = CubicSpline(rows[:, 0], fast_turns_rad(rows[:, 0], rows[:, 4:]))
+    place = spline(rows[:, 0], distance_mm * around_badge(rows[:, 1:4]))
+    turn = spline(rows[:, 0], fast_turns_rad(rows[:, 0], rows[:, 4:]))
     start = np.random.default_rng(seed).uniform(0.0, length)
 
     def poses(times_s: Array) -> Poses:
@@ -320,17 +324,17 @@ def _spline(text: str, source: str, distance_mm: float) -> Motion:
         rows = _rows(reader, source)
     except csv.Error as error:
         raise MediaError(f"{source} is not readable as CSV ({error}); correct it") from error
-    turn = Rotation.from_quat(rows[:, 4:] / np.linalg.norm(rows[:, 4:], axis=1, keepdims=True))
-    mean = turn.mean()
-    way = mean.inv().apply(rows[:, 1:4] - rows[:, 1:4].mean(axis=0)) + np.array([0.0, 0.0, -distance_mm])
-    place = CubicSpline(rows[:, 0], way)
-    facing = RotationSpline(rows[:, 0], mean.inv() * turn)
+    turn = continuous(rows[:, 4:] / np.linalg.norm(rows[:, 4:], axis=1, keepdims=True))
+    # The mean turn has the least squared distance from all: the main axis of their quaternions.
+    mean = from_quaternions(np.linalg.eigh(turn.T @ turn)[1][:, -1:].T)[0]
+    way = (rows[:, 1:4] - rows[:, 1:4].mean(axis=0)) @ mean + np.array([0.0, 0.0, -distance_mm])
+    place, facing = spline(rows[:, 0], way), spline(rows[:, 0], turn)
     begin, length = rows[0, 0], rows[-1, 0] - rows[0, 0]
 
     def poses(times_s: Array) -> Poses:
         phase = np.mod(times_s, 2 * length)
         clock = begin + np.where(phase <= length, phase, 2 * length - phase)
-        return Poses(place(clock), facing(clock).inv().as_matrix())
+        return Poses(place(clock), from_quaternions(facing(clock)).transpose(0, 2, 1) @ mean)
 
     return poses
 
@@ -360,7 +364,7 @@ def _aimed(camera_mm: Array, error_rad: Array) -> Poses:
     right = np.cross([0.0, 1.0, 0.0], forward)
     right /= np.linalg.norm(right, axis=1, keepdims=True)
     upright = np.stack([right, np.cross(forward, right), forward], axis=1)
-    return Poses(camera_mm, Rotation.from_rotvec(error_rad).as_matrix() @ upright)
+    return Poses(camera_mm, from_vectors(error_rad) @ upright)
 
 
 def _tremor(seed: int, *, count: int, amplitude: float, band_hz: tuple[float, float]) -> Callable[[Array], Array]:

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import gaussian_filter1d
-from scipy.spatial.transform import Rotation
+
+from moireid.simulate.turns import continuous
 
 Array = NDArray[np.float64]
 PHONE_WALK = "data/phone_walk.csv"
@@ -75,12 +75,13 @@ def fast_turns_rad(times_s: Array, quaternions: Array) -> Array:
     Convention: about the axes of an upright camera, x right, y down, z forward.
     Source: the run's orientations against themselves smoothed by a Gaussian of standard deviation `AIM_S`; ours.
     """
-    # A quaternion and its negative are one rotation; the mean needs neighbours of one sign.
-    flips = np.where(np.sum(quaternions[1:] * quaternions[:-1], axis=1) < 0, -1.0, 1.0)
-    continuous = quaternions * np.concatenate([[1.0], np.cumprod(flips)])[:, None]
+    from scipy.ndimage import gaussian_filter1d
+    from scipy.spatial.transform import Rotation
+
+    turns = continuous(quaternions)
     frames = AIM_S / float(np.median(np.diff(times_s)))
-    aimed = Rotation.from_quat(gaussian_filter1d(continuous, frames, axis=0))
-    turn = (Rotation.from_quat(continuous).inv() * aimed).as_rotvec()
+    aimed = Rotation.from_quat(gaussian_filter1d(turns, frames, axis=0))
+    turn = (Rotation.from_quat(turns).inv() * aimed).as_rotvec()
     return TURNS * np.column_stack([-turn[:, 1], turn[:, 0], turn[:, 2]])
 
 

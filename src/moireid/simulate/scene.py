@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,8 +22,9 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Instant:
-    """One frame to render: poses at the first and last row, and the place from which the fringes are shown.
+    """One frame to render: poses at the first and last row, and the places from which the fringes are shown.
 
+    first, last: at T instants evenly over the exposure of a row, 1 for an instant; shown_from_mm: (3,), or (T, 3).
     field: parallax (rows, columns, 2) that is added at each point of an even grid over the board, since each part of a
         forged badge may follow its own trajectory; None for a badge without such parts.
     picture: what a flat board shows in place of page and sheet, (rows, columns) radiance over its whole width at one
@@ -35,6 +36,14 @@ class Instant:
     shown_from_mm: Array
     field: Array | None = None
     picture: NDArray[np.float32] | None = None
+
+    def parts(self) -> list[Instant]:
+        """Each of the instants alone."""
+        places = np.broadcast_to(self.shown_from_mm, self.first.camera_mm.shape)
+        return [
+            replace(self, first=self.first.one(k), last=self.last.one(k), shown_from_mm=place)
+            for k, place in enumerate(places)
+        ]
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from moireid.simulate.analytic.analytic_renderer import BoardRadiance
 from moireid.simulate.effects.effect import Step, Take
 from moireid.simulate.forgeries.rear_layer import ShownViews
 from moireid.simulate.motion import Motion, Poses
-from moireid.simulate.recording.sensor import Sensor, averaged, opened
+from moireid.simulate.recording.sensor import Sensor, opened
 from moireid.simulate.scene import Instant, Scene
 from moireid.simulate.settings.painting import Painter, chroma_of, light_of
 from moireid.simulate.truth import Stages
@@ -82,12 +82,13 @@ class Shots:
         time_s = number / self.fps
         self.stages.begin()
         pose, opening = opened(self.motion, self._shutter, self.scene.board_half_mm, time_s, 1 / self.longest_s)
-        board, field = gathered(self.render, opening, self.shown, number)
+        instant = self.shown.instant(number, opening)
+        board = self.render(instant)
         self.stages.end("render")
         behind, chroma = None, None
         if self.painter:
-            rows = opening[len(opening) // 2]
-            around = self.painter.paint(rows.one(0), rows.one(2))
+            first, _, last = opening
+            around = self.painter.paint(*(one.one(len(one.camera_mm) // 2) for one in (first, last)))
             behind = light_of(around)
             if not self.steps and not self.edit:
                 chroma = chroma_of(around, mirror=self.scene.camera.mirror)
@@ -97,7 +98,7 @@ class Shots:
         for step in self.steps:
             luma = step(number, luma)
         self.stages.end("sensor")
-        return Shot(luma, pose, field, chroma)
+        return Shot(luma, pose, instant.field, chroma)
 
 
 def page_homographies(scene: Scene, poses: Poses) -> Array:
@@ -119,16 +120,3 @@ def take_of(scene: Scene, poses: Poses, fps: float, seed: int) -> Take:
         pages = np.array([[-1.0, 0, camera.width - 1], [0, 1, 0], [0, 0, 1]]) @ pages
     middle = (float(x0 + x1) / 2, float(y0 + y1) / 2)
     return Take(pages, poses, camera.focal_px, middle, scene.badge.outline_mm, (camera.width, camera.height), fps, seed)
-
-
-def gathered(
-    render: Render, opening: list[Poses], shown: ShownViews, frame: int
-) -> tuple[BoardRadiance | None, Array | None]:
-    """What one frame sees of the board, gathered over its exposure, and the forged field."""
-    field, picture = shown.field(frame), shown.picture(frame)
-    parts = []
-    for poses in opening:
-        # True fringes move with the camera while it is open; forged ones do not move within a frame.
-        place = poses.camera_mm[1] if shown.camera_mm is shown.sight_mm else shown.camera_mm[frame]
-        parts.append(render(Instant(poses.one(0), poses.one(2), place, field, picture)))
-    return averaged(parts), field

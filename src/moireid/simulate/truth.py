@@ -136,7 +136,7 @@ class Stages:
     """Seconds by stage; encoding runs in parallel to the rest, so only the time that the rest waits for it counts."""
 
     def __init__(self) -> None:
-        self.seconds = dict.fromkeys(("estimate", "set up", "render", "sensor", "encode"), 0.0)
+        self.seconds = dict.fromkeys(("set up", "render", "sensor", "encode"), 0.0)
         self.least: dict[str, float] = {}
         self._clock = 0.0
 

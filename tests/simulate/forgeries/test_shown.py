@@ -23,7 +23,6 @@ from moireid.simulate.forgeries.trajectories import KINDS
 from moireid.simulate.motion import Poses
 from moireid.simulate.recording.sensor import opened
 from moireid.simulate.scene import Build, Camera, Instant, Scene
-from moireid.simulate.shots import gathered
 from moireid.simulate.truth import shown_phase_rad
 
 FPS = 30.0
@@ -45,7 +44,7 @@ def seen(badge: Badge, kind: str | None, *frames: int) -> tuple[list[BoardRadian
     render, boards = AnalyticRenderer(scene).render, []
     for frame in frames:
         opening = opened(frontal_swing, NEAR, scene.board_half_mm, frame / FPS, FPS)[1]
-        board, _ = gathered(render, opening, shown, frame)
+        board = render(shown.instant(frame, opening))
         assert board is not None
         boards.append(board)
     return boards, shown

@@ -21,10 +21,10 @@ from numpy.typing import NDArray
 from moireid.errors import SpecError
 from moireid.simulate.analytic.light_kernels import lamp_figures
 from moireid.simulate.analytic.page_light import light_rows, page_light
-from moireid.simulate.analytic.rows import trace_rows
-from moireid.simulate.analytic.trace import FrameView, TracedBoard
+from moireid.simulate.analytic.rows import PLASTIC, trace_rows
+from moireid.simulate.analytic.trace import TIMES, FrameView, TracedBoard
 from moireid.simulate.analytic.traced_page import BLOCK_PX, TEXTURE_PX_PER_MM, cell_table, even_blocks, page_texture
-from moireid.simulate.analytic.traced_sheet import land, sheet_as_built
+from moireid.simulate.analytic.traced_sheet import sheet_as_built
 from moireid.simulate.analytic.uneven_sheet import air_waves, lens_asides, lens_walk
 from moireid.simulate.light import turned_light
 from moireid.simulate.motion import Poses
@@ -36,6 +36,9 @@ Crop = tuple[int, int, int, int]
 #: Rays of a pixel, as a grid across and down it.
 RAYS = (16, 1)
 MOST_RAYS = 1 << 16
+#: A moving pixel has so many times the rays, down it, as they are also spread over its exposure: with less, errors grow
+#: fast, and with more they fall slowly (`moireid bench simulate`).
+EXPOSED = 3
 #: No forged field: a badge seen from one place.  And unknown values for the blocks of a picture.
 NO_FIELD, _UNEVEN = np.zeros((1, 1, 2)), np.full((1, 1), np.nan, np.float32)
 #: Multiples of the golden ratio spread the rays of a row evenly over its height.
@@ -55,20 +58,26 @@ class BoardRadiance:
 class AnalyticRenderer:
     """Renders frames of one scene; tables and texture are made once.
 
-    Parameters: rays: across and down a pixel, the cost is their product; precision: "float32" for the fast way,
+    Parameters: rays: across and down a pixel, the cost is their product; times: as many more of a pixel that
+        moves while it is exposed; precision: "float32" for the fast way,
         "float64" to trace every ray with care.
     Raises: SpecError where there are no rays, or a sheet's lenses do not meet.
     """
 
     def __init__(
-        self, scene: Scene, *, rays: tuple[int, int] = RAYS, precision: Literal["float32", "float64"] = "float32"
+        self,
+        scene: Scene,
+        *,
+        rays: tuple[int, int] = RAYS,
+        times: int = EXPOSED,
+        precision: Literal["float32", "float64"] = "float32",
     ) -> None:
         if min(rays) < 1 or math.prod(rays) > MOST_RAYS:
             raise SpecError(f"rays={rays} of a pixel cannot be traced; give 1 to {MOST_RAYS} in all")
         self.scene, self.rays, self.precision = scene, rays, precision
         if scene.need.bounces:
             raise SpecError("the analytic renderer follows no light that bounces within the sheet; use the mitsuba one")
-        self._points = ray_places(*rays)
+        self._points, self._exposed_points = (exposed_rays(*rays, count) for count in (1, times))
         self._sheet = sheet_as_built(scene)
         self._cells = cell_table(scene)
         cx, cy = scene.board_centre_mm
@@ -108,9 +117,15 @@ class AnalyticRenderer:
         left, top, right, bottom = box
         whole = board_box(replace(self.scene, need=Need()), instant.first, instant.last) or box
         rows = (np.arange(top, bottom) - (camera.height - 1) / 2) / camera.height + 0.5
-        centres = instant.first.camera_mm[0] * (1 - rows[:, None]) + instant.last.camera_mm[0] * rows[:, None]
-        turns = instant.first.rotation[0] * (1 - rows[:, None, None]) + instant.last.rotation[0] * rows[:, None, None]
-        shown = instant.shown_from_mm - (instant.first.camera_mm[0] + instant.last.camera_mm[0]) / 2
+        centres, turns = (
+            np.multiply.outer(1 - rows, at_exposure(first)) + np.multiply.outer(rows, at_exposure(last))
+            for first, last in (
+                (instant.first.camera_mm, instant.last.camera_mm),
+                (instant.first.rotation, instant.last.rotation),
+            )
+        )
+        shown = at_exposure(instant.shown_from_mm - (instant.first.camera_mm + instant.last.camera_mm) / 2)
+        moving = len(instant.first.camera_mm) > 1
         cells, board = self._cells, self._board
         picture = instant.picture
         if picture is not None:
@@ -125,12 +140,13 @@ class AnalyticRenderer:
             first_column=left - whole[0],
             first_row=top - whole[1],
             focal=camera.focal_px,
-            centres=np.ascontiguousarray(centres),
-            turns=np.ascontiguousarray(turns),
+            centres=centres,
+            turns=turns,
             distortion=np.array(camera.distortion, float),
             shown=shown,
-            points=self._points,
-            spread=self._spread(instant),
+            points=self._exposed_points if moving else self._points,
+            moving=moving,
+            quick=self._is_quick,
         )
         radiance, coverage = np.zeros((2, bottom - top, right - left), np.float32)
         trace_rows(radiance, coverage, view, self._sheet, cells, board)
@@ -138,27 +154,23 @@ class AnalyticRenderer:
             light_rows(radiance, view, self._sheet, self._light)
         return BoardRadiance(radiance, coverage, left, top)
 
-    def _spread(self, instant: Instant) -> float:
-        """The most that a lens's rays land away from its middle ray, mm; infinite where all pixels need `trace`."""
+    @property
+    def _is_quick(self) -> bool:
+        """Whether pixels need no `trace` for what the sheet and the light are."""
         build = self.scene.build
         careful = build.air_gap_mm > 0 or build.conic != 0 or build.is_uneven or build.is_bent
-        if self.precision == "float64" or self.scene.light is not None or careful:
-            return math.inf
-        # Nine rays through the lens, along the tangents of the board's corners, and half as much again.
-        sheet, place = self._sheet, instant.shown_from_mm
-        half = max(self.scene.board_half_mm)
-        worst = 0.0
-        for x, y in ((0, 0), (-half, -half), (half, -half), (half, half), (-half, half)):
-            tx, ty = (x - place[0]) / -place[2], (y - place[1]) / -place[2]
-            for grating in self.scene.badge.gratings:
-                a, b = self.scene.badge.frame_of(grating).directions((tx, ty)).tolist()
-                middle = land(0.0, 0.0, a, b, sheet.air, sheet)
-                for step in (-0.499, -0.4, -0.25, -0.1, 0.1, 0.25, 0.4, 0.499):
-                    one = land(step * sheet.pitch, 0.0, a, b, sheet.air, sheet)
-                    if one[2] and sheet.radius > 0:
-                        near = math.remainder(one[0] - middle[0], sheet.pitch)
-                        worst = max(worst, abs(near), abs(one[1] - middle[1]))
-        return 1.5 * worst
+        return self.precision == "float32" and self.scene.light is None and not careful
+
+
+def at_exposure(values: Array) -> Array:
+    """Figures at instants evenly over an exposure (T, ...), as at its `TIMES` (5, ...).
+
+    Source: a polynomial of fourth order or less through them, by least squares.
+    """
+    count = len(values)
+    order = min(count, len(TIMES))
+    fitted = np.vander(TIMES, order) @ np.linalg.pinv(np.vander((np.arange(count) + 0.5) / count - 0.5, order))
+    return np.asarray(np.tensordot(fitted, values, axes=1))
 
 
 def board_box(scene: Scene, *views: Poses) -> Crop | None:
@@ -183,7 +195,13 @@ def board_box(scene: Scene, *views: Poses) -> Crop | None:
         # Seen at an angle, a bent board reaches beyond the flat one, and its middle beyond its bent edges.
         sunk = outline + np.column_stack([np.zeros((len(outline), 2)), scene.sunk_mm(*outline[:, :2].T)])
         outline = np.concatenate([outline, sunk])
-    local = np.concatenate([(outline - view.camera_mm[0]) @ view.rotation[0].T for view in views])
+    local = np.concatenate(
+        [
+            (outline - centre) @ turn.T
+            for view in views
+            for centre, turn in zip(view.camera_mm, view.rotation, strict=True)
+        ]
+    )
     if local[:, 2].min() <= 1.0:
         return None
     places = camera.project(local)
@@ -212,16 +230,19 @@ def _lights(scene: Scene, rays: int) -> tuple[Array, Array]:
     return lamps, np.stack([np.pad(table, ((0, rows - len(table)), (0, 0)), mode="edge") for table in tables])
 
 
-def ray_places(across: int, down: int) -> NDArray[np.float32]:
-    """Places of a pixel's rays in it: (2, across * down), -1/2 to 1/2.
+def exposed_rays(across: int, down: int, times: int) -> NDArray[np.float32]:
+    """Places of a pixel's rays in it, and their times in its exposure: (3, across * down * times), -1/2 to 1/2.
 
+    Parameters: times: so many times the rays down the pixel, and as many times; 1 for an instant, in the middle.
     Convention: x to the right, y down.  The rays make a grid of across by down; within its
-    field each is moved so that all x differ by even steps, and all y.
+    field each is moved so that all x differ by even steps, all y, and all times.
     """
+    down *= times
     column, row = (number.ravel() for number in np.meshgrid(np.arange(across), np.arange(down)))
     x = (column + (row + 0.5) / down) / across - 0.5
     y = (row + (_rank(np.arange(across) * _GOLDEN)[column] + 0.5) / across) / down - 0.5
-    return np.ascontiguousarray([x, y], np.float32)
+    time = (_rank(_rank(x + 0.5) * PLASTIC) + 0.5) / len(x) - 0.5 if times > 1 else np.zeros_like(x)
+    return np.ascontiguousarray([x, y, time], np.float32)
 
 
 def _rank(turns: NDArray[Any]) -> NDArray[np.int64]:

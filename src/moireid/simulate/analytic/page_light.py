@@ -27,6 +27,8 @@ from moireid.simulate.scene import Scene
 
 Map = NDArray[np.float32]
 MAP_PX_PER_MM = 2.0
+#: Weights of an exposure's middle, begin and end.
+SIMPSON = (2 / 3, 1 / 6, 1 / 6)
 #: Numbers that keep the chances of one badge apart.
 BAND = 0xBA2D
 
@@ -79,7 +81,10 @@ def _haze(scene: Scene, shape: tuple[int, int]) -> tuple[Map, Map]:
 
 @njit(cache=True, parallel=True)
 def light_rows(radiance: Any, view: FrameView, sheet: TracedSheet, light: PageLight) -> None:
-    """Change the radiance (rows, columns) of a traced picture by the maps, at the middle of each pixel."""
+    """Change the radiance (rows, columns) of a traced picture by the maps, at the middle of each pixel.
+
+    Source: Simpson's rule over the exposure.
+    """
     for row in prange(radiance.shape[0]):
         _row(row, radiance[row], view, sheet, light)
 
@@ -87,20 +92,22 @@ def light_rows(radiance: Any, view: FrameView, sheet: TracedSheet, light: PageLi
 @njit(inline="always")
 def _row(row: int, radiance: Any, view: FrameView, sheet: TracedSheet, light: PageLight) -> None:
     """One row of `light_rows`."""
-    per_focal, centre, turn = 1.0 / view.focal, view.centres[row], view.turns[row]
+    per_focal, centres, turns = 1.0 / view.focal, view.centres[row], view.turns[row]
     bent = np.any(view.distortion != 0.0)
     per_mm_x, per_mm_y = light.factor.shape[1] / (2 * light.half_x), light.factor.shape[0] / (2 * light.half_y)
     for column in range(radiance.shape[0]):
         u, v = (column + view.corner_x) * per_focal, (row + view.corner_y) * per_focal
         if bent:
             u, v = undistorted(u, v, view.distortion)
-        dz = turn[0, 2] * u + turn[1, 2] * v + turn[2, 2]
-        if dz <= 1e-9:
-            continue
-        tx = (turn[0, 0] * u + turn[1, 0] * v + turn[2, 0]) / dz
-        ty = (turn[0, 1] * u + turn[1, 1] * v + turn[2, 1]) / dz
-        place = on_page(tx, ty, centre, sheet)
-        i = min(max(int((place[3] + light.half_y) * per_mm_y), 0), light.factor.shape[0] - 1)
-        j = min(max(int((place[2] + light.half_x) * per_mm_x), 0), light.factor.shape[1] - 1)
-        mixed = light.mixed[i, j]
-        radiance[column] = light.factor[i, j] * (radiance[column] + mixed * (light.around[i, j] - radiance[column]))
+        kept, added = 0.0, 0.0
+        for k in range(len(SIMPSON) if view.moving else 1):
+            turn, share = turns[k], SIMPSON[k] if view.moving else 1.0
+            dz = max(turn[0, 2] * u + turn[1, 2] * v + turn[2, 2], 1e-9)
+            tx = (turn[0, 0] * u + turn[1, 0] * v + turn[2, 0]) / dz
+            ty = (turn[0, 1] * u + turn[1, 1] * v + turn[2, 1]) / dz
+            place = on_page(tx, ty, centres[k], sheet)
+            i = int(min(max((place[3] + light.half_y) * per_mm_y, 0.0), light.factor.shape[0] - 1.0))
+            j = int(min(max((place[2] + light.half_x) * per_mm_x, 0.0), light.factor.shape[1] - 1.0))
+            kept += share * light.factor[i, j] * (1.0 - light.mixed[i, j])
+            added += share * light.factor[i, j] * light.mixed[i, j] * light.around[i, j]
+        radiance[column] = kept * radiance[column] + added

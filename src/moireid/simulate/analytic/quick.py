@@ -17,7 +17,18 @@ from typing import Any
 
 import numpy as np
 
-from moireid.simulate.analytic.trace import FrameView, TracedBoard, field_part, half_footprint, strip_at, turned
+from moireid.simulate.analytic.trace import (
+    NO_SWEEP,
+    FrameView,
+    TracedBoard,
+    bins_of,
+    field_part,
+    half_footprint,
+    is_inked,
+    moved,
+    page_value,
+    turned,
+)
 from moireid.simulate.analytic.traced_sheet import TracedSheet
 from moireid.simulate.compiled import njit
 
@@ -25,86 +36,137 @@ F, INT, UINT = np.float32, np.int32, np.uint32
 
 
 @njit(inline="always")
-def grating_pixel(
-    grating: int,
-    tx: float,
-    ty: float,
-    turning: Any,
-    centre: Any,
-    shift: Any,
-    view: FrameView,
-    sheet: Any,
-    cells: Any,
-    board: Any,
-    near: Any,
-    landed: Any,
-) -> int:
-    """Number of a pixel's rays that see ink; -1 where `trace` must do the pixel.
+def land_rays(
+    grating: int, pixel: Any, centres: Any, view: FrameView, sheet: Any, cells: Any, board: Any, landed: Any
+) -> bool:
+    """Fill landed (2, R) with the places of the print that a pixel's rays see; False where `trace` must do the pixel.
 
-    Parameters: tx, ty: tangents of the pixel's middle; turning: how they change for one pixel right (x, y), then for
-    one pixel down; centre: the camera's, mm; shift: moves all of the pixel's rays right and down, px; near (4, N)
-        and landed (2, R): room for the lines of the cells around and for where the rays land.
+    Parameters: pixel: tangents of its middle; how they change for one pixel right (x, y), then for one pixel down;
+    `trace.NO_SWEEP`; what moves all of its rays right and down, px, and in time; centres (5, 3): the camera's, mm.
     """
-    frame, pitch, fall = cells.frames[grating], sheet.pitch, -(centre[2] + sheet.height)
-    x, y = centre[0] + fall * tx, centre[1] + fall * ty
-    depth = fall - view.shown[2]
-    even, field_x, field_y = _field_of_pixel(tx, ty, turning, centre, board)
+    tx, ty, turning, sweep, shift = pixel
+    frame, pitch, fall = cells.frames[grating], sheet.pitch, -(centres[0, 2] + sheet.height)
+    x, y = centres[0, 0] + fall * tx, centres[0, 1] + fall * ty
+    even, field_x, field_y = _field_of_pixel(tx, ty, turning, sweep, centres[0], board)
     across, along = turned(x, y, frame)
-    tx, ty = turned(
-        (x - centre[0] - view.shown[0]) / depth - field_x, (y - centre[1] - view.shown[1]) / depth - field_y, frame
-    )
+    depth, shown_x, shown_y = _shown_along(0, x, y, centres, view, sheet)
+    tx, ty = turned(shown_x - field_x, shown_y - field_y, frame)
     offset, cosine, sine = frame[6], frame[7], frame[8]
     tan_x, tan_y = tx * cosine + ty * sine, ty * cosine - tx * sine
     if not even or abs(tan_x) > sheet.steepest:
-        return -1
+        return False
     # How the place on the lens plane moves, across and along, for one pixel right, then for one pixel down.
     right, down = (
         turned(fall * turning[0], fall * turning[1], frame),
         turned(fall * turning[2], fall * turning[3], frame),
     )
     # The sheet's own frame, counted across from the axis of the lens that is nearest to the pixel's middle.
-    x, y = across * cosine + along * sine - offset, along * cosine - across * sine
-    axis = math.floor(x / pitch + 0.5) * pitch
+    at_x, at_y = across * cosine + along * sine - offset, along * cosine - across * sine
+    axis = math.floor(at_x / pitch + 0.5) * pitch
     steps = (
         right[0] * cosine + right[1] * sine,
         down[0] * cosine + down[1] * sine,
         right[1] * cosine - right[0] * sine,
         down[1] * cosine - down[0] * sine,
     )
-    x += shift[0] * steps[0] + shift[1] * steps[1]
-    move = (F(x - axis), F(steps[0]), F(steps[1]), F(steps[2]), F(steps[3]))
+    at_x += shift[0] * steps[0] + shift[1] * steps[1]
     # From the sheet's frame into the print's: turned by the twist, then sheared where the print is.
     turn = cosine + frame[4] * sine, frame[4] * cosine - sine, sine + frame[5] * cosine, cosine - frame[5] * sine
-    page_x, page_y = (axis + offset) * turn[0] + y * turn[1], (axis + offset) * turn[2] + y * turn[3]
+    page = F((axis + offset) * turn[0] + at_y * turn[1]), F((axis + offset) * turn[2] + at_y * turn[3])
     # Through the top of a lens a ray goes as through a flat slab.
     across2 = tan_x * tan_x + tan_y * tan_y
     n2 = sheet.refraction * sheet.refraction
     inside2 = n2 * (1.0 + across2) - across2
     straight = sheet.gap / math.sqrt(inside2)
-    # A ray 1 mm off the pixel's middle is a little more slanted, so it lands this much further.
-    lean = straight * (1.0 - tan_x * tan_x * (n2 - 1.0) / inside2) / depth
-    shift_x, shift_y = straight * tan_x, straight * tan_y
-    middle = page_x + shift_x * turn[0] + shift_y * turn[1], page_y + shift_x * turn[2] + shift_y * turn[3]
-    room_x = (abs(right[0]) + abs(down[0])) / 2 + 1.1 * pitch + view.spread
-    room_y = (abs(right[1]) + abs(down[1])) / 2 + (abs(sine) + abs(frame[5])) * pitch + view.spread
-    around = _cells_around(grating, page_x, page_y, middle, room_x, room_y, cells, near)
-    if not around[0]:
-        return -1
+    # A ray that is more slanted by 1 lands this much further; 1 mm off the pixel's middle it is so by 1 / depth.
+    per_tangent = straight * (1.0 - tan_x * tan_x * (n2 - 1.0) / inside2)
+    drift = NO_SWEEP
+    if view.moving:
+        drift = _drift(x, y, shown_x, shown_y, sweep, centres, view, sheet, frame, per_tangent)
+    move = (F(at_x - axis), F(steps[0]), F(steps[1]), F(steps[2]), F(steps[3]))
+    sweeps = (
+        F(drift[0]),
+        F(drift[1]),
+        F(drift[2]),
+        F(drift[3]),
+        F(drift[4]),
+        F(drift[5]),
+        F(drift[6]),
+        F(drift[7]),
+        F(drift[8]),
+        F(drift[9]),
+    )
     to_page = F(turn[0]), F(turn[1]), F(turn[2]), F(turn[3])
+    lean = F(per_tangent / depth)
     if sheet.radius == 0.0:
-        _land_behind_mask(landed, view.points, move, F(shift_x), F(shift_y), F(lean), to_page, sheet)
+        shifts = F(straight * tan_x), F(straight * tan_y)
+        _land_behind_mask(landed, view.points, move, sweeps, F(shift[2]), shifts, lean, page, to_page, sheet)
     else:
-        _land_behind_lens(landed, view.points, move, F(tan_x), F(tan_y), F(lean), to_page, sheet)
-    return _inked(landed, around, near)
+        _land_behind_lens(
+            landed, view.points, move, sweeps, F(shift[2]), F(tan_x), F(tan_y), lean, page, to_page, sheet
+        )
+    return True
 
 
 @njit(inline="always")
-def _field_of_pixel(tx: float, ty: float, turning: Any, centre: Any, board: TracedBoard) -> tuple[bool, float, float]:
+def _shown_along(
+    k: int, x: float, y: float, centres: Any, view: FrameView, sheet: TracedSheet
+) -> tuple[float, float, float]:
+    """How far the lens plane is from the place from which pose k shows its place (x, y), and the tangents there."""
+    depth = -(centres[k, 2] + view.shown[k, 2]) - sheet.height
+    return depth, (x - centres[k, 0] - view.shown[k, 0]) / depth, (y - centres[k, 1] - view.shown[k, 1]) / depth
+
+
+@njit(inline="always")
+def _drift(
+    x: float,
+    y: float,
+    tx: float,
+    ty: float,
+    sweep: Any,
+    centres: Any,
+    view: FrameView,
+    sheet: TracedSheet,
+    frame: Any,
+    per_tangent: float,
+) -> Any:
+    """How a pixel's place on the lens plane moves while it is exposed, across and along, and where its rays land.
+
+    Convention: as `trace.NO_SWEEP`, mm, across and along the lenses; in place of the tangents, how much further rays
+        land across (a, b), and 0.
+    """
+    height = sheet.height
+    ax, bx, cx, dx = sweep[0] - height * sweep[8], sweep[1] - height * sweep[9], sweep[2], sweep[3]
+    ay, by, cy, dy = sweep[4] - height * sweep[10], sweep[5] - height * sweep[11], sweep[6], sweep[7]
+    _, begin_x, begin_y = _shown_along(
+        1, x + moved(-0.5, ax, bx, cx, dx), y + moved(-0.5, ay, by, cy, dy), centres, view, sheet
+    )
+    _, end_x, end_y = _shown_along(
+        2, x + moved(0.5, ax, bx, cx, dx), y + moved(0.5, ay, by, cy, dy), centres, view, sheet
+    )
+    a, b = _across(ax, ay, frame), _across(bx, by, frame)
+    c, d = _across(cx, cy, frame), _across(dx, dy, frame)
+    slope = _across(end_x - begin_x, end_y - begin_y, frame)
+    bow = _across(2.0 * (begin_x + end_x - 2.0 * tx), 2.0 * (begin_y + end_y - 2.0 * ty), frame)
+    return (a[0], b[0], c[0], d[0], a[1], b[1], c[1], d[1], per_tangent * slope[0], per_tangent * bow[0], 0.0, 0.0)
+
+
+@njit(inline="always")
+def _across(x: float, y: float, frame: Any) -> tuple[float, float]:
+    """A vector of the page across and along the lenses of the twisted sheet."""
+    a, b = turned(x, y, frame)
+    return a * frame[7] + b * frame[8], b * frame[7] - a * frame[8]
+
+
+@njit(inline="always")
+def _field_of_pixel(
+    tx: float, ty: float, turning: Any, sweep: Any, centre: Any, board: TracedBoard
+) -> tuple[bool, float, float]:
     """Whether all of a pixel lies in one part of the forged field; and that part's parallax."""
     if board.field.size <= 2:
         return True, 0.0, 0.0
     page_x, page_y = centre[0] - centre[2] * tx, centre[1] - centre[2] * ty
-    half_x, half_y = half_footprint(centre, turning)
+    half_x, half_y = half_footprint(centre, turning, sweep)
     i, j = field_part(page_x - half_x, page_y - half_y, board)
     below, beyond = field_part(page_x + half_x, page_y + half_y, board)
     for k in range(2):
@@ -116,50 +178,21 @@ def _field_of_pixel(tx: float, ty: float, turning: Any, centre: Any, board: Trac
     return True, board.field[i, j, 0], board.field[i, j, 1]
 
 
-@njit(inline="always")
-def _cells_around(
-    grating: int, page_x: float, page_y: float, middle: Any, room_x: float, room_y: float, cells: Any, near: Any
-) -> Any:
-    """Whether the cells within `room` of `middle` fit `near`, which their lines are then written into, row by row; and
-    how a place's cell is found: the first cut and strips to the millimetre across, then along; strips across, along.
-
-    Convention: cuts and lines count from (page_x, page_y).
-    Source: a place is in the strip floor((place - cut) / width) + 1, counted from the strip before the cut.  Of two
-        strips any width gives the right one; more must be even.
-    """
-    cuts_x, cuts_y, widths = cells.cuts[grating, 0], cells.cuts[grating, 1], cells.widths[grating]
-    left, top = strip_at(middle[0] - room_x, cuts_x), strip_at(middle[1] - room_y, cuts_y)
-    right, bottom = strip_at(middle[0] + room_x, cuts_x), strip_at(middle[1] + room_y, cuts_y)
-    across, along = right - left + 1, bottom - top + 1
-    fit = (across <= 2 or widths[0] > 0.0) and (along <= 2 or widths[1] > 0.0) and across * along <= near.shape[1]
-    if fit:
-        for row in range(along):
-            for column in range(across):
-                own = _lines(cells.grid[grating, top + row, left + column], page_x, page_y, cells)
-                for k in range(4):
-                    near[k, row * across + column] = own[k]
-    # Beyond the last cut is infinity, which a lone strip has no use for.
-    cut_x, cut_y = F(cuts_x[left] - page_x if across > 1 else 0.0), F(cuts_y[top] - page_y if along > 1 else 0.0)
-    per_x = F(1.0 / widths[0] if widths[0] > 0.0 else 1.0)
-    per_y = F(1.0 / widths[1] if widths[1] > 0.0 else 1.0)
-    return fit, cut_x, per_x, cut_y, per_y, INT(across), INT(along)
-
-
-@njit(inline="always")
-def _lines(cell: int, page_x: float, page_y: float, cells: Any) -> tuple[Any, Any, Any, Any]:
-    """Lines of a cell as seen from a place of the page: where in its pitch that place is, lines per mm, duty, slant."""
-    if cell < 0:
-        return F(0.0), F(0.0), F(0.0), F(0.0)
-    own = cells.lines[cell]
-    place = (page_x - own[0]) * own[1] + page_y * own[3]
-    return F(place - math.floor(place)), F(own[1]), F(own[2]), F(own[3])
-
-
 @njit()
 def _land_behind_lens(
-    landed: Any, points: Any, move: Any, tx: Any, ty: Any, lean: Any, turn: Any, sheet: TracedSheet
+    landed: Any,
+    points: Any,
+    move: Any,
+    sweep: Any,
+    late: Any,
+    tx: Any,
+    ty: Any,
+    lean: Any,
+    page: Any,
+    turn: Any,
+    sheet: TracedSheet,
 ) -> None:
-    """Fill landed (2, R) with where a pixel's rays meet the page; see `grating_pixel`, whose inner loop this is."""
+    """Fill landed (2, R) with where a pixel's rays meet the page; see `land_rays`, whose inner loop this is."""
     half, one = F(0.5), F(1.0)
     pitch, per_pitch, gap, radius = F(sheet.pitch), F(1.0 / sheet.pitch), F(sheet.gap), F(sheet.radius)
     per_radius, per_n = F(1.0 / sheet.radius), F(1.0 / sheet.refraction)
@@ -169,8 +202,10 @@ def _land_behind_lens(
     # How far a ray moves across while it falls from the lenses' tops to the valleys between them.
     fall = tx * F(sheet.sag)
     for ray in range(points.shape[1]):
-        x = move[0] + move[1] * points[0, ray] + move[2] * points[1, ray]
-        y = move[3] * points[0, ray] + move[4] * points[1, ray]
+        time = points[2, ray] + late
+        aside = move[1] * points[0, ray] + move[2] * points[1, ray]
+        x = move[0] + aside + moved(time, sweep[0], sweep[1], sweep[2], sweep[3])
+        y = move[3] * points[0, ray] + move[4] * points[1, ray] + moved(time, sweep[4], sweep[5], sweep[6], sweep[7])
         axis = np.floor((x + fall) * per_pitch + half) * pitch
         offset = x - axis
         b = offset * tx - radius
@@ -181,39 +216,82 @@ def _land_behind_lens(
         cosine = -(tx * nx + nz) * per_length
         bend = cosine * per_n - np.sqrt(one - (one - cosine * cosine) * (per_n * per_n))
         run = (gap - depth) / (wz + bend * nz)
-        lx, ly = axis + hit + (wx + bend * nx) * run + lean * (x - move[0]), y + ty * depth + wy * run
-        landed[0, ray], landed[1, ray] = lx * turn[0] + ly * turn[1], lx * turn[2] + ly * turn[3]
+        further = lean * aside + (sweep[8] + sweep[9] * time) * time
+        lx, ly = axis + hit + (wx + bend * nx) * run + further, y + ty * depth + wy * run
+        landed[0, ray] = page[0] + (lx * turn[0] + ly * turn[1])
+        landed[1, ray] = page[1] + (lx * turn[2] + ly * turn[3])
 
 
 @njit()
 def _land_behind_mask(
-    landed: Any, points: Any, move: Any, shift_x: Any, shift_y: Any, lean: Any, turn: Any, sheet: TracedSheet
+    landed: Any,
+    points: Any,
+    move: Any,
+    sweep: Any,
+    late: Any,
+    shifts: Any,
+    lean: Any,
+    page: Any,
+    turn: Any,
+    sheet: TracedSheet,
 ) -> None:
     """As `_land_behind_lens`, through a line mask; NaN where a ray ends on one of the mask's own bars."""
     per_pitch, half, open_half = F(1.0 / sheet.pitch), F(0.5), F(sheet.open_fraction / 2)
     for ray in range(points.shape[1]):
-        x = move[0] + move[1] * points[0, ray] + move[2] * points[1, ray]
-        y = move[3] * points[0, ray] + move[4] * points[1, ray]
+        time = points[2, ray] + late
+        aside = move[1] * points[0, ray] + move[2] * points[1, ray]
+        x = move[0] + aside + moved(time, sweep[0], sweep[1], sweep[2], sweep[3])
+        y = move[3] * points[0, ray] + move[4] * points[1, ray] + moved(time, sweep[4], sweep[5], sweep[6], sweep[7])
         place = x * per_pitch
         shut = abs(place - np.floor(place + half)) > open_half
-        lx, ly = x + shift_x + lean * (x - move[0]), y + shift_y
-        landed[0, ray] = F(np.nan) if shut else lx * turn[0] + ly * turn[1]
-        landed[1, ray] = lx * turn[2] + ly * turn[3]
+        lx, ly = x + shifts[0] + lean * aside + (sweep[8] + sweep[9] * time) * time, y + shifts[1]
+        landed[0, ray] = F(np.nan) if shut else page[0] + (lx * turn[0] + ly * turn[1])
+        landed[1, ray] = page[1] + (lx * turn[2] + ly * turn[3])
 
 
 @njit()
-def _inked(landed: Any, around: Any, near: Any) -> int:
+def count_inked(grating: int, landed: Any, cells: Any) -> int:
     """How many of a pixel's rays see ink; the bars of a mask count as ink."""
-    _, cut_x, per_x, cut_y, per_y, across, along = around
-    inked = 0
+    inked, bins = 0, bins_of(grating, cells)
     for ray in range(landed.shape[1]):
-        x, y = landed[0, ray], landed[1, ray]
-        if math.isnan(x):
-            inked += 1
-            continue
-        column = min(max(INT(np.floor((x - cut_x) * per_x)) + INT(1), INT(0)), across - INT(1))
-        row = min(max(INT(np.floor((y - cut_y) * per_y)) + INT(1), INT(0)), along - INT(1))
-        cell = UINT(row * across + column)
-        place = near[0, cell] + x * near[1, cell] + y * near[3, cell]
-        inked += 1 if place - np.floor(place) < near[2, cell] else 0
+        inked += 1 if is_inked(landed[0, ray], landed[1, ray], grating, bins, cells) else 0
     return inked
+
+
+@njit(inline="always")
+def mixed_pixel(
+    grating: int,
+    pixel: Any,
+    centre: Any,
+    view: FrameView,
+    sheet: TracedSheet,
+    cells: Any,
+    board: TracedBoard,
+    landed: Any,
+) -> tuple[float, int]:
+    """Sum of the radiances of a pixel's rays that meet the board, and their number; landed: of the one grating, if any.
+
+    Parameters: as `land_rays`; grating: -1 for none.
+    """
+    tx, ty, turning, sweep, shift = pixel
+    points, height, total, count = view.points, sheet.height, 0.0, 0
+    bins = bins_of(max(grating, 0), cells)
+    x0, y0 = centre[0] - centre[2] * tx, centre[1] - centre[2] * ty
+    for ray in range(points.shape[1]):
+        right, down, time = points[0, ray] + shift[0], points[1, ray] + shift[1], points[2, ray] + shift[2]
+        more_x, more_y = turning[0] * right + turning[2] * down, turning[1] * right + turning[3] * down
+        x = x0 - centre[2] * more_x + moved(time, sweep[0], sweep[1], sweep[2], sweep[3])
+        y = y0 - centre[2] * more_y + moved(time, sweep[4], sweep[5], sweep[6], sweep[7])
+        if abs(x) > board.half_x or abs(y) > board.half_y:
+            continue
+        count += 1
+        if grating >= 0:
+            rect = cells.gratings[grating]
+            lens_x = x - height * (tx + more_x + (sweep[8] + sweep[9] * time) * time)
+            lens_y = y - height * (ty + more_y + (sweep[10] + sweep[11] * time) * time)
+            across, along = turned(lens_x, lens_y, cells.frames[grating])
+            if rect[0] <= across <= rect[2] and rect[1] <= along <= rect[3]:
+                total += board.ink if is_inked(landed[0, ray], landed[1, ray], grating, bins, cells) else board.paper
+                continue
+        total += page_value((y + board.half_y) * board.rows_per_mm, (x + board.half_x) * board.columns_per_mm, board)
+    return total, count

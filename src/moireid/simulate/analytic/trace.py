@@ -13,6 +13,8 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from moireid.simulate.analytic.light_kernels import lit
 from moireid.simulate.analytic.traced_sheet import TracedSheet, land
 from moireid.simulate.analytic.uneven_sheet import smooth_at
@@ -50,11 +52,12 @@ class TracedBoard(NamedTuple):
 class FrameView(NamedTuple):
     """The camera during one frame: the first pixel's middle, px from the principal point; its number across and down,
     counted from the board's own corner, so that a pixel has the same rays in every crop; focal length, px; centres
-    (rows, 3) and turns (rows, 3, 3) board -> camera while each row is exposed; distortion, as `Camera.distortion`.
+    (rows, 5, 3) and turns (rows, 5, 3, 3) board -> camera at the `TIMES` of each row's exposure; distortion, as
+    `Camera.distortion`.
 
-    shown (3,): how far from the camera the place is from which a forged film shows the fringes, mm; 0 in a true film.
-    points (2, R) float32: places of a pixel's rays in it, -1/2 to 1/2; spread: how far from the middle ray of a lens
-    its others land at most, mm; infinite where `quick` must not be used.
+    shown (5, 3): how far from the camera the place is from which a forged film shows the fringes, mm, at these times; 0
+    in a true film.  points (3, R) float32: places of a pixel's rays in it, and their times in the exposure, -1/2 to
+    1/2; moving: whether the times differ; quick: whether `quick` may be used.
     """
 
     corner_x: float
@@ -67,7 +70,21 @@ class FrameView(NamedTuple):
     distortion: Any
     shown: Any
     points: Any
-    spread: float
+    moving: bool
+    quick: bool
+
+
+#: Times of an exposure, -1/2 to 1/2, at which poses are given.
+TIMES = (0.0, -0.5, 0.5, -0.25, 0.25)
+#: How a pixel moves while it is exposed.  At a time t its place on the page has moved by a t + b t^2 + c t^3 + d t^4,
+#: and its tangents by a t + b t^2: a, b, c, d of x, then of y; a and b of the tangent of x, then of y.
+NO_SWEEP = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+@njit(inline="always")
+def moved(time: Any, a: Any, b: Any, c: Any, d: Any) -> Any:
+    """What a place changes at a time of the exposure."""
+    return (a + (b + (c + d * time) * time) * time) * time
 
 
 @njit(inline="always")
@@ -77,35 +94,50 @@ def turned(x: float, y: float, frame: Any) -> tuple[float, float]:
 
 
 @njit(inline="always")
-def strip_at(place: float, cuts: Any) -> int:
-    """Which strip between rising cuts a finite place lies in; a cut itself belongs to the strip after it."""
-    low, high = 0, cuts.shape[0]
-    while low < high:
-        middle = (low + high) // 2
-        if place >= cuts[middle]:
-            low = middle + 1
-        else:
-            high = middle
-    return low
+def bins_of(grating: int, cells: Any) -> tuple[Any, Any, Any, Any, Any, Any, bool]:
+    """Begin, bins to the millimetre and last bin, across and along; and whether each bin is a strip."""
+    return (
+        cells.bins[grating, 0, 0],
+        cells.bins[grating, 0, 1],
+        cells.bins[grating, 0, 2],
+        cells.bins[grating, 1, 0],
+        cells.bins[grating, 1, 1],
+        cells.bins[grating, 1, 2],
+        cells.bins[grating, 0, 3] * cells.bins[grating, 1, 3] > np.float32(0.0),
+    )
 
 
 @njit(inline="always")
-def inked(grating: int, across: float, along: float, cells: Any) -> bool:
-    """Whether a line is printed at that place of the page, mm from the board's centre."""
-    columns, rows = strip_at(across, cells.cuts[grating, 0]), strip_at(along, cells.cuts[grating, 1])
-    cell = cells.grid[grating, rows, columns]
-    found = False
-    if cell >= 0:
-        place = (across - cells.lines[cell, 0]) * cells.lines[cell, 1] + along * cells.lines[cell, 3]
-        found = place - math.floor(place) < cells.lines[cell, 2]
-    return found
+def _bin(place: Any, begin: Any, per_mm: Any, last: Any) -> Any:
+    """The bin of a place; NaN is in the first."""
+    number = (place - begin) * per_mm
+    number = number if number > np.float32(0.0) else np.float32(0.0)
+    return np.uint32(number if number < last else last)
+
+
+@njit(inline="always")
+def is_inked(x: Any, y: Any, grating: int, bins: Any, cells: Any) -> bool:
+    """Whether a place of the print is inked; NaN, which no light reaches, counts as ink."""
+    across, along = _bin(x, bins[0], bins[1], bins[2]), _bin(y, bins[3], bins[4], bins[5])
+    if not bins[6]:
+        across = np.uint32(cells.strips[grating, 0, across] + (x >= cells.next_cut[grating, 0, across]))
+        along = np.uint32(cells.strips[grating, 1, along] + (y >= cells.next_cut[grating, 1, along]))
+    place = (
+        cells.print[grating, along, across, 0]
+        + x * cells.print[grating, along, across, 1]
+        + y * cells.print[grating, along, across, 3]
+    )
+    return not place - np.floor(place) >= cells.print[grating, along, across, 2]
 
 
 @njit(inline="always")
 def careful_ray(
-    tx: float, ty: float, centre: Any, view: FrameView, sheet: TracedSheet, cells: Any, board: TracedBoard
+    tx: float, ty: float, centre: Any, shown: Any, sheet: TracedSheet, cells: Any, board: TracedBoard
 ) -> float:
-    """Radiance along one sight line from `centre`, by its tangents; -1 where it misses the board."""
+    """Radiance along one sight line from `centre`, by its tangents; -1 where it misses the board.
+
+    Parameters: shown: how far from the centre the place is from which the fringes are shown.
+    """
     x, y, page_x, page_y, sunk, slope_x, slope_y = on_page(tx, ty, centre, sheet)
     if abs(page_x) > board.half_x or abs(page_y) > board.half_y:
         return -1.0
@@ -119,7 +151,6 @@ def careful_ray(
         rect, frame = cells.gratings[k], cells.frames[k]
         across, along = turned(lens_x, lens_y, frame)
         if rect[0] <= across <= rect[2] and rect[1] <= along <= rect[3]:
-            shown = view.shown
             depth = sunk - (centre[2] + shown[2]) - sheet.height
             fx = (x - sheet.height * tx - centre[0] - shown[0]) / depth
             fy = (y - sheet.height * ty - centre[1] - shown[1]) / depth
@@ -193,7 +224,7 @@ def _lines_seen(
     lx = landed + aside + offset
     page_across, page_along = lx * cosine - ly * sine, ly * cosine + lx * sine
     page_across, page_along = page_across + frame[4] * page_along, page_along + frame[5] * page_across
-    if not inked(grating, page_across, page_along, cells):
+    if not is_inked(np.float32(page_across), np.float32(page_along), grating, bins_of(grating, cells), cells):
         value = board.paper
     if board.lamps[grating, 9] > 0.0:
         # Across the lenses a ray covers its share of the pixel, widened by the slant.
@@ -203,10 +234,12 @@ def _lines_seen(
 
 
 @njit(inline="always")
-def half_footprint(centre: Any, turning: Any) -> tuple[float, float]:
-    """Half the width and height that a pixel covers on the page, mm, with a little to spare."""
+def half_footprint(centre: Any, turning: Any, sweep: Any) -> tuple[float, float]:
+    """Half the width and height that a pixel covers on the page while it is exposed, mm, with a little to spare."""
     reach = 0.51 * abs(centre[2])
-    return reach * (abs(turning[0]) + abs(turning[2])), reach * (abs(turning[1]) + abs(turning[3]))
+    half_x, half_y = reach * (abs(turning[0]) + abs(turning[2])), reach * (abs(turning[1]) + abs(turning[3]))
+    half_x += abs(sweep[0]) / 2 + abs(sweep[1]) / 4 + abs(sweep[2]) / 8 + abs(sweep[3]) / 16
+    return half_x, half_y + abs(sweep[4]) / 2 + abs(sweep[5]) / 4 + abs(sweep[6]) / 8 + abs(sweep[7]) / 16
 
 
 @njit(inline="always")

@@ -34,18 +34,19 @@ class Cells(NamedTuple):
     frames (G, 9): the page's directions across and along (x, y, then x, y); what a place along adds to across, and
     one across to along, where a print of two scales shears a turned grating; offset of the sheet, mm, cosine and sine
     of its twist, from across towards along.
-    cuts (G, 2, K): across and along, rising places where a strip of cells ends and the next begins, infinity after the
-    last; widths (G, 2): of all strips, where they are even, else 0; grid (G, strips along, strips across): the cell
-    there, or -1; lines (C, 4): edge, lines to the millimetre, duty, and by how many lines they slant to the millimetre
-    along.
+    print (G, strips along, strips across, 4) float32: of the cell there, all 0 without one: the lines at the board's
+    centre, lines to the millimetre, duty, and by how many lines they slant to the millimetre along.
+    bins (G, 2, 4) float32, across and along: where even bins begin, bins to the millimetre, the last one's number, and
+    1 where a bin is a strip; else strips, next_cut (G, 2, B) are, of each bin, the strip in which it begins, and the
+    cut within it.
     """
 
     gratings: Array
     frames: Array
-    cuts: Array
-    widths: Array
-    grid: NDArray[np.int64]
-    lines: Array
+    print: NDArray[np.float32]
+    bins: NDArray[np.float32]
+    strips: NDArray[np.int32]
+    next_cut: NDArray[np.float32]
 
 
 def page_texture(scene: Scene) -> NDArray[np.float32]:
@@ -134,7 +135,6 @@ def cell_table(scene: Scene) -> Cells:
     frames: list[list[float]] = []
     lines: list[list[float]] = []
     cuts: list[list[Array]] = []
-    widths: list[list[float]] = []
     grids: list[NDArray[np.int64]] = []
     for grating in scene.badge.gratings:
         rects.append(scene.own_rect_mm(grating, grating.rect_mm))
@@ -147,14 +147,12 @@ def cell_table(scene: Scene) -> Cells:
         if is_smooth(grating):
             sides, grid, own = _smooth_table(scene, grating, scale, len(lines))
             cuts.append(sides)
-            widths.append([float(places[1] - places[0]) for places in sides])
             grids.append(grid)
             lines += own
             continue
         placed = np.array([scene.own_rect_mm(grating, cell.rect_mm) for cell in grating.cells])
         sides = [_cuts(scale[side] * placed[:, [side, side + 2]]) for side in (0, 1)]
         cuts.append(sides)
-        widths.append([0.0, 0.0])
         grids.append(_grid(placed * np.tile(scale, 2), sides, len(lines)))
         first = float(frame.places(scene.board_centre_mm)[0])
         for cell in grating.cells:
@@ -164,11 +162,39 @@ def cell_table(scene: Scene) -> Cells:
     grid = np.full((len(grids), *shape), -1, np.int64)
     for k, one in enumerate(grids):
         grid[k, : one.shape[0], : one.shape[1]] = one
-    ends = np.full((len(cuts), 2, max(shape)), math.inf)
+    table = np.array([*lines, [0.0] * 4])
+    table[:, 0] = -table[:, 0] * table[:, 1] % 1.0
+    printed = table.astype(np.float32)[grid]
+    return Cells(np.array(rects), np.array(frames), printed, *_bins(cuts))
+
+
+#: At most so many bins over a grating: a strip may be misplaced by one's width, 0.03 mm of a large page.
+MOST_BINS = 8192
+
+
+def _bins(cuts: list[list[Array]]) -> tuple[NDArray[np.float32], NDArray[np.int32], NDArray[np.float32]]:
+    """`Cells.bins`, `strips` and `next_cut`, of the cuts of each grating; no bin has two cuts, unless too narrow."""
+    counts = [[_bin_count(places) for places in sides] for sides in cuts]
+    most = max(max(pair) for pair in counts)
+    bins, strips, ends = (np.zeros((len(cuts), 2, size), np.float32) for size in (4, most, most))
     for k, sides in enumerate(cuts):
         for side, places in enumerate(sides):
-            ends[k, side, : len(places)] = places
-    return Cells(np.array(rects), np.array(frames), ends, np.array(widths), grid, np.array(lines))
+            count = counts[k][side]
+            even = count == len(places) + 1
+            width = (places[-1] - places[0]) / (count - 2)
+            # Half a bin to spare, so that the first cut is within the first bin; but even bins begin at the cuts.
+            begin = places[0] - width * (1.0 if even else 0.5) + width * np.arange(count)
+            first = np.searchsorted(places, begin)
+            bins[k, side] = begin[0], 1 / width, count - 1, even
+            strips[k, side, :count], ends[k, side, :count] = first, np.append(places, math.inf)[first]
+    return bins, strips.astype(np.int32), ends
+
+
+def _bin_count(places: Array) -> int:
+    """How many bins hold one cut each at most; one more than there are cuts where these are even."""
+    shares = (places[-1] - places[0]) / np.diff(places)
+    even = np.ptp(shares) < SAME_EDGE_MM * shares.max()
+    return len(places) + 1 if even else min(math.ceil(shares.max()) + 3, MOST_BINS)
 
 
 #: Sides of a smooth field's patches, in which lines are straight: at most so many mm along the axis and across it,

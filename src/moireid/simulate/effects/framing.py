@@ -16,7 +16,6 @@ from fractions import Fraction
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import gaussian_filter, gaussian_filter1d
 
 from moireid.simulate.effects.effect import Effect, Kind, Luma, Step, Take, alone, moved
 from moireid.simulate.recording.encode import Recipe
@@ -92,6 +91,7 @@ def breathing(figure: float) -> Effect:
 
     The picture is cropped so that no frame looks beyond its rim.
     """
+    from scipy.ndimage import gaussian_filter1d
 
     def zoom(take: Take) -> Array:
         events = take.rng.uniform(0, figure, 2 + math.ceil(len(take) / take.fps / REFOCUS_S))
@@ -265,6 +265,7 @@ DRAWN = 64
 
 def nibbled(figure: float) -> Effect:
     """All but the badge replaced by an even grey, and bites of up to so many mm out of its outline."""
+    from scipy.ndimage import gaussian_filter
 
     def begin(take: Take) -> Step:
         x0, y0, x1, y1 = take.outline_mm

@@ -12,7 +12,6 @@ from dataclasses import replace
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import gaussian_filter1d
 
 from moireid.simulate.effects.effect import Effect, Kind, Luma, Step, Take, alone
 from moireid.simulate.effects.framing import reframed
@@ -31,6 +30,7 @@ WOBBLE_HZ = (0.5, 4.0)
 
 def stabilised(figure: float) -> Effect:
     """The path of what lies straight ahead, smoothed by shifts and turns of the picture, px at most; cropped so far."""
+    from scipy.ndimage import gaussian_filter1d
 
     def begin(take: Take) -> tuple[Step, Take]:
         width, height = take.size

@@ -161,6 +161,12 @@ class ShownViews:
     field: Callable[[int], Array | None] = lambda frame: None
     picture: Callable[[int], NDArray[np.float32] | None] = lambda frame: None
 
+    def instant(self, frame: int, rows: tuple[Poses, Poses, Poses]) -> Instant:
+        """A frame to render, of the poses of first, middle and last row (T each) over its exposure."""
+        # True fringes move with the camera while it is open; forged ones do not move within a frame.
+        place = rows[1].camera_mm if self.camera_mm is self.sight_mm else self.camera_mm[frame]
+        return Instant(rows[0], rows[2], place, self.field(frame), self.picture(frame))
+
 
 def shown_in(kind: str | None, scene: Scene, motion: Motion, camera_mm: Array, fps: float, seed: int) -> ShownViews:
     """What is shown in a film.

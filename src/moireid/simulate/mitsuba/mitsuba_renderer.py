@@ -42,6 +42,7 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -162,7 +163,9 @@ class MitsubaRenderer:
         Returns: a picture to be compared pixel by pixel with `AnalyticRenderer.render`.
         Source: module docstring.
         """
-        view = middle_view(instant)
+        if len(parts := instant.parts()) > 1:
+            return averaged([self.render(part, crop=crop) for part in parts])
+        view = middle_view(parts[0])
         seen = board_box(self.scene, view)
         if seen is None:
             return None
@@ -192,6 +195,26 @@ class MitsubaRenderer:
             sensor = pinhole(mi, self.scene, view, box, self._film, self.samples)
             picture = mi.render(self._world, sensor=sensor, integrator=self._integrator, seed=seed, spp=self.samples)
             return np.array(picture, np.float64)[: box[3] - box[1], : box[2] - box[0]]
+
+
+def averaged(parts: Sequence[BoardRadiance | None]) -> BoardRadiance | None:
+    """The light of several instants, gathered in one exposure; None where none of them sees the board."""
+    if len(parts) == 1:
+        return parts[0]
+    seen = [part for part in parts if part is not None]
+    if not seen:
+        return None
+    left, top = min(part.left for part in seen), min(part.top for part in seen)
+    right = max(part.left + part.radiance.shape[1] for part in seen)
+    bottom = max(part.top + part.radiance.shape[0] for part in seen)
+    light, cover = np.zeros((2, bottom - top, right - left), np.float32)
+    for part in seen:
+        rows = slice(part.top - top, part.top - top + part.radiance.shape[0])
+        columns = slice(part.left - left, part.left - left + part.radiance.shape[1])
+        light[rows, columns] += part.coverage * part.radiance
+        cover[rows, columns] += part.coverage
+    radiance = np.divide(light, cover, out=np.zeros_like(light), where=cover > 0)
+    return BoardRadiance(radiance, cover / np.float32(len(parts)), left, top)
 
 
 def _shining_page(mi: Any, scene: Scene) -> dict[str, dict[str, Any]]:

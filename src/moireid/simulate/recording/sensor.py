@@ -12,7 +12,6 @@ Source: ITU-R BT.2100 (curves), BT.2408 (reference white: 75 % of the signal in 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -66,53 +65,31 @@ CURVES = {
 }
 
 
-#: Instants that an exposure is made of: steps of a pixel at most, until there are too many.
+#: Instants that describe an exposure: steps of a pixel at most, until there are too many.
 STEP_PX, MOST = 1.0, 24
 
 
 def opened(
     motion: Motion, camera: Camera, half_mm: tuple[float, float], time_s: float, fps: float
-) -> tuple[Poses, list[Poses]]:
-    """The frame's own pose, and poses at first, middle and last row (3 each) at the instants of its exposure.
+) -> tuple[Poses, tuple[Poses, Poses, Poses]]:
+    """The frame's own pose, and poses of first, middle and last row (T each) at instants evenly over the exposure.
 
     Parameters: half_mm: half the board's width and height; an exposure lasts a frame at most.
-    Returns: pose at `time_s` (1,), and one triple where the camera opens for an instant or the badge does not move;
-        more the farther it moves.
+    Returns: pose at `time_s` (1,), and T of 1 where the camera opens for an instant or the badge does not move; more
+        the farther it moves.
     """
     exposure = min(camera.exposure_s, 1 / fps)
-    rows = time_s + camera.shutter_s * np.array([-0.5, 0.0, 0.5])
-    if exposure == 0.0:
-        poses = motion(rows)
-        return _part(poses, slice(1, 2)), [poses]
-    moved = _moved_px(motion(time_s + exposure * np.array([-0.5, 0.5])), camera, half_mm)
+    moved = _moved_px(motion(time_s + exposure * np.array([-0.5, 0.5])), camera, half_mm) if exposure else 0.0
     count = min(max(math.ceil(moved / STEP_PX), 1), MOST)
     offsets = ((np.arange(count) + 0.5) / count - 0.5) * exposure
-    poses = motion(np.append((offsets[:, None] + rows).ravel(), time_s))
-    return _part(poses, slice(-1, None)), [_part(poses, slice(3 * k, 3 * k + 3)) for k in range(count)]
+    rows = camera.shutter_s * np.array([-0.5, 0.0, 0.5])
+    poses = motion(time_s + np.append((rows[:, None] + offsets).ravel(), 0.0))
+    first, middle, last = (_part(poses, slice(k * count, (k + 1) * count)) for k in range(3))
+    return _part(poses, slice(-1, None)), (first, middle, last)
 
 
 def _part(poses: Poses, rows: slice) -> Poses:
     return Poses(poses.camera_mm[rows], poses.rotation[rows])
-
-
-def averaged(parts: Sequence[BoardRadiance | None]) -> BoardRadiance | None:
-    """The light of several instants, gathered in one exposure; None where none of them sees the board."""
-    if len(parts) == 1:
-        return parts[0]
-    seen = [part for part in parts if part is not None]
-    if not seen:
-        return None
-    left, top = min(part.left for part in seen), min(part.top for part in seen)
-    right = max(part.left + part.radiance.shape[1] for part in seen)
-    bottom = max(part.top + part.radiance.shape[0] for part in seen)
-    light, cover = np.zeros((2, bottom - top, right - left), np.float32)
-    for part in seen:
-        rows = slice(part.top - top, part.top - top + part.radiance.shape[0])
-        columns = slice(part.left - left, part.left - left + part.radiance.shape[1])
-        light[rows, columns] += part.coverage * part.radiance
-        cover[rows, columns] += part.coverage
-    radiance = np.divide(light, cover, out=np.zeros_like(light), where=cover > 0)
-    return BoardRadiance(radiance, cover / np.float32(len(parts)), left, top)
 
 
 def _moved_px(ends: Poses, camera: Camera, half_mm: tuple[float, float]) -> float:
