@@ -1,4 +1,4 @@
-"""Attacks, each a film that an attacker who reads this code would make, and everyday mishaps of genuine films."""
+"""Attacks, each a film that an attacker who reads this code would make, and true films on their trajectories."""
 
 from __future__ import annotations
 
@@ -14,15 +14,8 @@ from moireid.simulate.forgeries.rear_layer import ShownViews
 from moireid.simulate.motion import Motion, motion_named
 from moireid.simulate.scene import Scene
 from moireid.simulate.shots import Edit
-from moireid_lab.bench.forgers.edits import (
-    ShiftedMarkers,
-    caption,
-    caption_on,
-    field_of,
-    fingers_on,
-    hand_over,
-)
-from moireid_lab.bench.forgers.motions import in_steps, in_turns, one_way, seen_only, with_jump
+from moireid_lab.bench.forgers.edits import ShiftedMarkers
+from moireid_lab.bench.forgers.motions import in_steps, in_turns, one_way, seen_only
 from moireid_lab.bench.forgers.photographs import Photographs, still
 
 Make = Callable[["Shoot"], "Filming"]
@@ -226,37 +219,6 @@ def drift_on_sweep(shoot: Shoot) -> Filming:
     return Filming(one_way(shoot.distance_mm, shoot.seed, length_s=shoot.length_s), show)
 
 
-def hand(share: float, seconds: float) -> Make:
-    """A hand before the lens, the markers free."""
-
-    def make(shoot: Shoot) -> Filming:
-        first = int(shoot.rng.uniform(0.2, 0.7) * (shoot.frames - seconds * FPS))
-        return Filming(moving(shoot), edit=hand_over(shoot.badge, share, start=first, frames=round(seconds * FPS)))
-
-    return make
-
-
-def row_caption(shoot: Shoot) -> Filming:
-    """A caption that follows the badge and covers most of one row."""
-    x0, y0, x1, y1 = field_of(shoot.badge)
-    top = y0 + float(shoot.rng.uniform(0.1, 0.8)) * (y1 - y0)
-    rect = (x0 + 0.1 * (x1 - x0), top, x1 - 0.1 * (x1 - x0), top + 8.0)
-    return Filming(moving(shoot), edit=caption_on(shoot.badge, rect))
-
-
-def sticker(shoot: Shoot) -> Filming:
-    """A sticker on the badge."""
-    x0, y0, x1, y1 = field_of(shoot.badge)
-    x, y = shoot.rng.uniform(0.2, 0.8, 2) * (x1 - x0, y1 - y0) + (x0, y0)
-    rect = (x - 9, y - 6, x + 9, y + 6)
-    return Filming(moving(shoot), edit=caption_on(shoot.badge, rect, "42"))
-
-
-def jump_cut(skip_s: float) -> Make:
-    """A jump within a take."""
-    return lambda shoot: Filming(with_jump(moving(shoot), shoot.length_s / 2, skip_s=skip_s))
-
-
 def attacks() -> Iterator[tuple[str, Make]]:
     """What forgers film, by name; the counts of photographs are swept."""
     yield "one photograph in turns, plain cuts", still_in_turns(0.0)
@@ -285,38 +247,20 @@ def attacks() -> Iterator[tuple[str, Make]]:
     yield "drift on one sweep", drift_on_sweep
     for count in (12, 48):
         yield f"{count} photographs, cross-faded, two axes, whole", photographs(count)
-    for count in (12, 24, 48, 96):
-        yield f"{count} photographs, cross-faded, two axes, by grating", photographs(count, by_grating=True)
 
 
-def mishaps() -> Iterator[tuple[str, Make]]:
-    """Honest films, plain and as hands and editors spoil them, by name."""
+def plain() -> Iterator[tuple[str, Make]]:
+    """True films on the same trajectories, by name."""
     yield "plain", lambda shoot: Filming(moving(shoot))
     yield "plain, two axes", lambda shoot: Filming(moving(shoot))
     yield "level course", lambda shoot: Filming(level(shoot))
     yield "one sweep", lambda shoot: Filming(one_way(shoot.distance_mm, shoot.seed, length_s=shoot.length_s))
-    yield "a hand over 60 % for 0.4 s", hand(0.6, 0.4)
-    yield "a hand over 60 % for 1.5 s", hand(0.6, 1.5)
-    yield "fingers over 15 %", lambda shoot: Filming(moving(shoot), edit=fingers_on(shoot.badge, 0.15, shoot.seed))
-    yield "a caption over one row", row_caption
-    yield "a sticker", sticker
-    subtitle = caption("Live from the conference", (0.5, 0.55), 34)
-    yield "a subtitle in the picture", lambda shoot: Filming(moving(shoot), edit=subtitle)
-    yield "a jump cut of 1 s", jump_cut(1.0)
-    yield "a jump cut of 3 s", jump_cut(3.0)
-    yield "a gap of 1 s", gap_of_1_s
-
-
-def gap_of_1_s(shoot: Shoot) -> Filming:
-    """The badge leaves the picture for a second in the middle."""
-    middle = shoot.length_s / 2
-    return Filming(seen_only(moving(shoot), [(0, middle - 0.5), (middle + 0.5, 99)]))
 
 
 def cases() -> list[ForgeryCase]:
     """All of them; those of two axes say so in their name."""
     return [
         ForgeryCase(name, genuine, make, "xy" if "two axes" in name else "x")
-        for genuine, some in ((False, attacks()), (True, mishaps()))
+        for genuine, some in ((False, attacks()), (True, plain()))
         for name, make in some
     ]

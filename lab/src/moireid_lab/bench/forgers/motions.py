@@ -1,4 +1,4 @@
-"""Trajectories of attacks and mishaps, in addition to those of `simulate.motion`."""
+"""Trajectories of attacks, in addition to those of `simulate.motion`."""
 
 from __future__ import annotations
 
@@ -63,11 +63,6 @@ def in_turns(distance_mm: float, seed: int, *, tangents: Array, hold_s: float, g
         return Poses(camera, rotation)
 
     return poses
-
-
-def with_jump(motion: Motion, at_s: float, *, skip_s: float) -> Motion:
-    """A jump cut: from `at_s` on the take goes on `skip_s` later."""
-    return lambda times_s: motion(np.where(times_s < at_s, times_s, times_s + skip_s))
 
 
 def seen_only(motion: Motion, spans_s: list[tuple[float, float]]) -> Motion:
