@@ -14,7 +14,6 @@ from moireid.simulate.forgeries.rear_layer import ShownViews
 from moireid.simulate.motion import Motion, motion_named
 from moireid.simulate.scene import Scene
 from moireid.simulate.shots import Edit
-from moireid_lab.bench.forgers.edits import ShiftedMarkers
 from moireid_lab.bench.forgers.motions import in_steps, in_turns, one_way, seen_only
 from moireid_lab.bench.forgers.photographs import Photographs, still
 
@@ -142,28 +141,6 @@ def turn_tangent(badge: Badge) -> float:
     return 2 * float(np.interp(np.pi, np.abs(phase), tangents))
 
 
-def frozen_in_spells(share: float, shift_px: float) -> Make:
-    """Fringes that stay still for a share of the frames, in spells of half a second, the markers shifted there."""
-
-    def make(shoot: Shoot) -> Filming:
-        spell = round(0.5 * FPS)
-        starts = set(shoot.rng.permutation(shoot.frames // spell)[: round(share * shoot.frames / spell)].tolist())
-
-        def within(frame: int) -> bool:
-            return frame // spell in starts
-
-        def show(scene: Scene, motion: Motion, camera_mm: Any, fps: float) -> ShownViews:
-            held = camera_mm.copy()
-            for frame in range(len(held)):
-                if within(frame):
-                    held[frame] = held[max(spell * (frame // spell) - 1, 0)]
-            return ShownViews(held, camera_mm)
-
-        return Filming(moving(shoot), show, ShiftedMarkers(shoot.badge, shift_px, within))
-
-    return make
-
-
 def spell(seconds: float) -> Make:
     """Fringes that stay still for some seconds within a true film, while they should move.
 
@@ -191,34 +168,6 @@ def short_of_film(seconds: float, times: float) -> Make:
     return lambda shoot: Filming(seen_only(moving(shoot), [(1.0, 1.0 + seconds)]), seconds_times=times)
 
 
-def late_on_sweep(seconds: float) -> Make:
-    """Fringes that come late, on one steady sweep."""
-
-    def make(shoot: Shoot) -> Filming:
-        motion = one_way(shoot.distance_mm, shoot.seed, length_s=shoot.length_s)
-
-        def show(scene: Scene, motion: Motion, camera_mm: Any, fps: float) -> ShownViews:
-            return ShownViews(motion(np.arange(len(camera_mm)) / fps - seconds).camera_mm, camera_mm)
-
-        return Filming(motion, show)
-
-    return make
-
-
-def drift_on_sweep(shoot: Shoot) -> Filming:
-    """Fringes that drift at a constant speed which the forger does not know, on one steady sweep."""
-    ratio = float(shoot.rng.uniform(-2.0, 3.0))
-
-    def show(scene: Scene, motion: Motion, camera_mm: Any, fps: float) -> ShownViews:
-        share = np.linspace(-1, 1, len(camera_mm))
-        held = camera_mm.copy()
-        ends = camera_mm[-1, 0] - camera_mm[0, 0]
-        held[:, 0] = camera_mm[:, 0].mean() + ratio * ends / 2 * share
-        return ShownViews(held, camera_mm)
-
-    return Filming(one_way(shoot.distance_mm, shoot.seed, length_s=shoot.length_s), show)
-
-
 def attacks() -> Iterator[tuple[str, Make]]:
     """What forgers film, by name; the counts of photographs are swept."""
     yield "one photograph in turns, plain cuts", still_in_turns(0.0)
@@ -237,14 +186,9 @@ def attacks() -> Iterator[tuple[str, Make]]:
     yield "one photograph, slid by the law, level course", slid(level)
     for count in (3, 5, 8, 12, 18, 24, 36):
         yield f"{count} photographs, cross-faded, level course", photographs(count, course=level)
-    yield "24 photographs, cross-faded, 1.5 frames late", photographs(24, late_s=0.05)
-    for share in (0.25, 0.5):
-        yield f"frozen for {100 * share:.0f} % of the frames, markers shifted", frozen_in_spells(share, 0.8)
     for seconds in (0.5, 1.0, 2.0):
         yield f"frozen for {seconds:g} s", spell(seconds)
     yield "2 s of badge in a film five times as long", short_of_film(2.0, 2.5)
-    yield "half a second late on one sweep", late_on_sweep(0.5)
-    yield "drift on one sweep", drift_on_sweep
     for count in (12, 48):
         yield f"{count} photographs, cross-faded, two axes, whole", photographs(count)
 

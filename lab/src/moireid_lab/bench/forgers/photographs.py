@@ -32,34 +32,31 @@ class Photographs:
 
     count: photographs, evenly spaced over the trajectory that is to be shown; blend: cross-fade two neighbours in coded
     brightness, as editing programs do, else show the nearest; distance_mm: from which they were taken, None for the
-    trajectory's mean; late_s: how late the picture is put over the film; distances: from how many distances the
-    photographs were taken, evenly over those of the trajectory, so that there are `count` from each.
+    trajectory's mean; distances: from how many distances the photographs were taken, evenly over those of the
+    trajectory, so that there are `count` from each.
     """
 
     count: int
     blend: bool = True
     distance_mm: float | None = None
-    late_s: float = 0.0
     distances: int = 1
 
     def shown(self, scene: Scene, motion: Motion, camera_mm: Array, fps: float) -> ShownViews:
         """The film that these photographs make of a course."""
         true = camera_mm[:, :2] / np.abs(camera_mm[:, 2:])
-        late = motion(np.arange(len(camera_mm)) / fps - self.late_s).camera_mm
-        wanted = late[:, :2] / np.abs(late[:, 2:])
         away = np.abs(camera_mm[:, 2])
         distance = self.distance_mm or float(away.mean())
         taken = np.linspace(away.min(), away.max(), self.distances) if self.distances > 1 else np.array([distance])
         tables = [Table(scene, true, self.count, each) for each in taken.tolist()]
         # Spacing goes with one over the distance, so the shares of two distances do.
         level = np.interp(-1 / away, -1 / taken, np.arange(len(taken)))
-        held = np.column_stack([wanted * distance, np.full(len(wanted), -distance)])
+        held = np.column_stack([true * distance, np.full(len(true), -distance)])
 
         def show(frame: int) -> Picture:
             nearer = min(int(level[frame]), max(len(tables) - 2, 0))
             share = np.float32(level[frame] - nearer if self.blend else round(level[frame] - nearer))
             some = [(1 - share, tables[nearer]), *([(share, tables[nearer + 1])] if share else [])]
-            pictures = [weight * table.at(float(wanted[frame, 0]), blend=self.blend) for weight, table in some]
+            pictures = [weight * table.at(float(true[frame, 0]), blend=self.blend) for weight, table in some]
             return np.asarray(sum(pictures[1:], start=pictures[0]) ** 2, np.float32)
 
         return ShownViews(held, camera_mm, picture=show)
