@@ -13,8 +13,7 @@ from moireid.simulate.filming import Show
 from moireid.simulate.forgeries.rear_layer import ShownViews
 from moireid.simulate.motion import Motion, motion_named
 from moireid.simulate.scene import Scene
-from moireid.simulate.shots import Edit
-from moireid_lab.bench.forgers.motions import in_steps, in_turns, one_way, seen_only
+from moireid_lab.bench.forgers.motions import in_steps, in_turns, one_way
 from moireid_lab.bench.forgers.photographs import Photographs, still
 
 Make = Callable[["Shoot"], "Filming"]
@@ -49,15 +48,10 @@ class Shoot:
 
 @dataclass(frozen=True)
 class Filming:
-    """How a case is filmed: where the camera is, what is shown in place of the truth, and what an editor changes.
-
-    seconds_times: how many times as long as other cases; fps: frames per second.
-    """
+    """How a case is filmed: where the camera is, what is shown in place of the truth, and frames per second."""
 
     motion: Motion
     show: Show | None = None
-    edit: Edit | None = None
-    seconds_times: float = 1.0
     fps: float = FPS
 
 
@@ -89,8 +83,6 @@ def photographs(count: int, *, course: Callable[[Shoot], Motion] = moving, **how
 
     def make(shoot: Shoot) -> Filming:
         taken = replace(Photographs(count), **how)
-        if taken.distance_mm is not None:
-            taken = replace(taken, distance_mm=taken.distance_mm * shoot.distance_mm)
         return Filming(course(shoot), taken.shown)
 
     return make
@@ -163,11 +155,6 @@ def spell(seconds: float) -> Make:
     return make
 
 
-def short_of_film(seconds: float, times: float) -> Make:
-    """A true badge for some seconds of a film that is longer by far."""
-    return lambda shoot: Filming(seen_only(moving(shoot), [(1.0, 1.0 + seconds)]), seconds_times=times)
-
-
 def attacks() -> Iterator[tuple[str, Make]]:
     """What forgers film, by name; the counts of photographs are swept."""
     yield "one photograph in turns, plain cuts", still_in_turns(0.0)
@@ -177,7 +164,6 @@ def attacks() -> Iterator[tuple[str, Make]]:
     for counts, words, how in (
         ((3, 5, 8, 12, 18, 24, 36, 48, 64, 96), "photographs, cross-faded", {}),
         ((8, 16, 24, 48, 96, 192), "photographs, nearest", {"blend": False}),
-        ((12, 24, 48), "photographs, cross-faded, from 1.4 times as far", {"distance_mm": 1.4}),
         ((3, 5, 8, 12, 18, 24, 36), "photographs from each of two distances, cross-faded", {"distances": 2}),
     ):
         for count in counts:
@@ -188,7 +174,6 @@ def attacks() -> Iterator[tuple[str, Make]]:
         yield f"{count} photographs, cross-faded, level course", photographs(count, course=level)
     for seconds in (0.5, 1.0, 2.0):
         yield f"frozen for {seconds:g} s", spell(seconds)
-    yield "2 s of badge in a film five times as long", short_of_film(2.0, 2.5)
     for count in (12, 48):
         yield f"{count} photographs, cross-faded, two axes, whole", photographs(count)
 

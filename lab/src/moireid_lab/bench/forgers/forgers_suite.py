@@ -41,10 +41,9 @@ def film_case(case: ForgeryCase, shoot: Shoot) -> Iterator[Path]:
     with temporary_film(
         Scene(shoot.badge, Build.typical(shoot.seed), CAMERA),
         filming.motion,
-        frames=round(shoot.length_s * filming.seconds_times * filming.fps),
+        frames=round(shoot.length_s * filming.fps),
         fps=filming.fps,
         show=filming.show,
-        edit=filming.edit,
         seed=shoot.seed,
         crf=CRF,
     ) as video:

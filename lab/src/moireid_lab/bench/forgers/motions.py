@@ -65,21 +65,6 @@ def in_turns(distance_mm: float, seed: int, *, tangents: Array, hold_s: float, g
     return poses
 
 
-def seen_only(motion: Motion, spans_s: list[tuple[float, float]]) -> Motion:
-    """The badge leaves the picture outside these spans: the camera is turned away."""
-    away = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
-
-    def poses(times_s: Array) -> Poses:
-        true = motion(times_s)
-        inside = np.zeros(len(times_s), bool)
-        for start, end in spans_s:
-            inside |= (times_s >= start) & (times_s < end)
-        rotation = np.where(inside[:, None, None], true.rotation, away @ true.rotation)
-        return Poses(true.camera_mm, rotation)
-
-    return poses
-
-
 def in_steps(motion: Motion, hold_s: float) -> Motion:
     """The same course, of which each place is held for so long."""
     # Many frames lie on a step, and rounding must not put some before it and some behind.

@@ -31,21 +31,19 @@ class Photographs:
     """What the forger has and does.
 
     count: photographs, evenly spaced over the trajectory that is to be shown; blend: cross-fade two neighbours in coded
-    brightness, as editing programs do, else show the nearest; distance_mm: from which they were taken, None for the
-    trajectory's mean; distances: from how many distances the photographs were taken, evenly over those of the
-    trajectory, so that there are `count` from each.
+    brightness, as editing programs do, else show the nearest; distances: from how many distances the photographs were
+    taken, evenly over those of the trajectory, so that there are `count` from each; one is the trajectory's mean.
     """
 
     count: int
     blend: bool = True
-    distance_mm: float | None = None
     distances: int = 1
 
     def shown(self, scene: Scene, motion: Motion, camera_mm: Array, fps: float) -> ShownViews:
         """The film that these photographs make of a course."""
         true = camera_mm[:, :2] / np.abs(camera_mm[:, 2:])
         away = np.abs(camera_mm[:, 2])
-        distance = self.distance_mm or float(away.mean())
+        distance = float(away.mean())
         taken = np.linspace(away.min(), away.max(), self.distances) if self.distances > 1 else np.array([distance])
         tables = [Table(scene, true, self.count, each) for each in taken.tolist()]
         # Spacing goes with one over the distance, so the shares of two distances do.
