@@ -3,7 +3,7 @@
 identity/      identity_suite.py: is the whole identity read, over distance, printing and assembly? is a copy seen?
 fabricate/     fabricate_suite.py: pages, read back from what was written; photographs of a pitch test
 simulate/      simulate_suite.py: error against run time of the renderers
-forgers/       forgers_suite.py: attacks by those who read this code, and everyday mishaps
+forgers/       forgers_suite.py: attacks by those who read this code
 film_set.py    films by the engine of collections, with the list that `evaluate` reads
 bench_frame.py what is asked of a bench, its cases, rows, table, plot and files
 bench_rows.py  rows made by the engine of collections (moireid_lab.archive), kept between runs

@@ -18,7 +18,7 @@ import random
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any, Protocol
+from typing import Any
 
 import av
 import cv2
@@ -87,14 +87,6 @@ class Answer:
         return course_place_mm(self.places_mm, self.set_out_s, time_s)
 
 
-class Moving(Protocol):
-    """Anything that gives the place of the badge."""
-
-    def place_mm(self, time_s: float) -> Array:
-        """(3,) mm at a time."""
-        ...
-
-
 def course_place_mm(places_mm: Array, set_out_s: Array, time_s: float) -> Array:
     """Where a badge is that sets out for each place but the first; parameters as the fields of `Answer`."""
     way = np.clip((time_s - set_out_s) / TAKES_S, 0, 1)
@@ -120,7 +112,7 @@ def answer(prompts: Sequence[Prompt], face_mm: Array, *, reaction_s: float = 0.5
 def frames(
     badge: Badge,
     behind: NDArray[np.uint8],
-    course: Moving,
+    course: Answer | Caller | PausingPlayer,
     *,
     length_s: float,
     fps: float = 24.0,

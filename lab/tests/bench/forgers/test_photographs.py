@@ -81,31 +81,3 @@ def test_of_two_distances_the_nearer_shows_the_near_view(taken):
     assert nearest[0] == pytest.approx(1.25) and nearest[-1] == pytest.approx(1 / 1.2)
     alone = shown(Photographs(3))[:, 0, 0]
     assert np.ptp(alone) < 1e-6
-
-
-def test_grating_by_grating_each_is_from_the_photographs_of_its_own_axis(taken):
-    """Catches: the region of one grating pasted over the other, rows for columns, a y grating chosen by x."""
-    badge = SimpleNamespace(
-        outline_mm=(10.0, 5.0, 50.0, 25.0),
-        gratings=(
-            SimpleNamespace(axis="x", rect_mm=(12.0, 7.0, 28.0, 23.0)),
-            SimpleNamespace(axis="y", rect_mm=(32.0, 7.0, 48.0, 23.0)),
-        ),
-    )
-    taken(lambda place_mm: 2 + float(place_mm[1] / abs(place_mm[2])))
-    # The course goes along a curve: sideways evenly, upward by its square.
-    curved = CAMERA.copy()
-    curved[:, 1] = PARALLAX**2 * np.abs(CAMERA[:, 2])
-
-    def course(times_s: np.ndarray) -> Poses:
-        return Poses(curved, np.zeros((FRAMES, 3, 3)))
-
-    film = Photographs(40, by_grating=True).shown(SimpleNamespace(badge=badge), course, curved, FPS)
-    for frame in (0, 20, 45):
-        picture = np.sqrt(film.picture(frame))
-        # Pictures of 1 px to the mm: the y grating at rows 2 to 18, columns 22 to 38.
-        assert picture[2:18, 22:38] == pytest.approx(2 + PARALLAX[frame] ** 2, abs=1e-4)
-        share = (PARALLAX[frame] - PARALLAX.min()) / np.ptp(PARALLAX)
-        diagonal = 2 + share * (PARALLAX**2).max()
-        for other in (picture[:2], picture[18:], picture[:, :22], picture[:, 38:]):
-            assert other == pytest.approx(diagonal, abs=2e-3)

@@ -7,10 +7,8 @@ import json
 import numpy as np
 import pytest
 
-from moireid.verifier.video import Film
-from moireid_lab.bench.forgers.cases import Filming, ForgeryCase, Shoot, cases
-from moireid_lab.bench.forgers.forgers_suite import badge_of, film_case, run_case
-from moireid_lab.bench.forgers.motions import one_way
+from moireid_lab.bench.forgers.cases import Shoot, cases
+from moireid_lab.bench.forgers.forgers_suite import badge_of, run_case
 
 
 @pytest.mark.slow
@@ -25,23 +23,6 @@ def test_every_case_can_be_filmed():
             assert camera.shape == (8, 3) and (camera[:, 2] < -500).all(), case.name
 
 
-def test_a_film_has_the_frames_and_the_edit_of_its_case():
-    """Catches: a film longer by its own factor; an edit or a show that never reaches the film."""
-    badge, seen = badge_of("x"), []
-
-    def make(shoot: Shoot) -> Filming:
-        def edit(frame: int, luma: np.ndarray, homography: np.ndarray) -> np.ndarray:
-            seen.append((frame, luma.shape, homography.shape))
-            return np.full_like(luma, 40 + 20 * frame)
-
-        return Filming(one_way(shoot.distance_mm, shoot.seed, length_s=shoot.length_s), edit=edit, seconds_times=1.5)
-
-    with film_case(ForgeryCase("made up", True, make), Shoot(badge, 1000.0, 1, 4)) as video:
-        frames = list(Film(video).frames())
-    assert seen == [(k, (720, 1280), (3, 3)) for k in range(6)] and len(frames) == 6
-    assert [float(frame.luma.mean()) for frame in frames] == pytest.approx([40 + 20 * k for k in range(6)], abs=3)
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "verdict", "why"),
@@ -49,13 +30,11 @@ def test_a_film_has_the_frames_and_the_edit_of_its_case():
         ("8 photographs, cross-faded", "inconclusive", "spacing"),
         ("one photograph in turns, plain cuts", "inconclusive", "motion"),
         ("frozen for 2 s", "reject", "residual"),
-        ("a hand over 60 % for 0.4 s", "accept", None),
-        ("a jump cut of 1 s", "accept", None),
-        ("a sticker", "accept", None),
+        ("plain", "accept", None),
     ],
 )
-def test_an_attack_is_not_accepted_and_a_mishap_not_rejected(name, verdict, why):
-    """Catches: an attack filmed as the truth, a mishap that shows no badge, a row that JSON cannot hold."""
+def test_an_attack_is_not_accepted_and_a_true_film_is(name, verdict, why):
+    """Catches: an attack filmed as the truth, a true film that shows no badge, a row that JSON cannot hold."""
     row = run_case((name, 1, 240))
     assert row["verdict"] == verdict and (why in row["why"] if why else not row["why"])
     assert json.loads(json.dumps(row, allow_nan=False)) == row

@@ -1,8 +1,7 @@
-"""Which attacks by a reader of this code are accepted, and what happens to honest films that are spoilt.
+"""Which attacks by a reader of this code are accepted.
 
-cases.py          the attacks and the mishaps
+cases.py          the attacks, and true films on their trajectories
 photographs.py    a table of photographs as fringes
-motions.py        sweeps, views in turns, cuts and gaps
-edits.py          hands, captions, moved markers
+motions.py        sweeps, views in turns, gaps, steps
 forgers_suite.py  the forgers suite, with its table and plot
 """

@@ -1,4 +1,4 @@
-"""Attacks, each a film that an attacker who reads this code would make, and everyday mishaps of genuine films."""
+"""Attacks, each a film that an attacker who reads this code would make, and true films on their trajectories."""
 
 from __future__ import annotations
 
@@ -13,16 +13,7 @@ from moireid.simulate.filming import Show
 from moireid.simulate.forgeries.rear_layer import ShownViews
 from moireid.simulate.motion import Motion, motion_named
 from moireid.simulate.scene import Scene
-from moireid.simulate.shots import Edit
-from moireid_lab.bench.forgers.edits import (
-    ShiftedMarkers,
-    caption,
-    caption_on,
-    field_of,
-    fingers_on,
-    hand_over,
-)
-from moireid_lab.bench.forgers.motions import in_steps, in_turns, one_way, seen_only, with_jump
+from moireid_lab.bench.forgers.motions import in_steps, in_turns, one_way
 from moireid_lab.bench.forgers.photographs import Photographs, still
 
 Make = Callable[["Shoot"], "Filming"]
@@ -57,15 +48,10 @@ class Shoot:
 
 @dataclass(frozen=True)
 class Filming:
-    """How a case is filmed: where the camera is, what is shown in place of the truth, and what an editor changes.
-
-    seconds_times: how many times as long as other cases; fps: frames per second.
-    """
+    """How a case is filmed: where the camera is, what is shown in place of the truth, and frames per second."""
 
     motion: Motion
     show: Show | None = None
-    edit: Edit | None = None
-    seconds_times: float = 1.0
     fps: float = FPS
 
 
@@ -97,8 +83,6 @@ def photographs(count: int, *, course: Callable[[Shoot], Motion] = moving, **how
 
     def make(shoot: Shoot) -> Filming:
         taken = replace(Photographs(count), **how)
-        if taken.distance_mm is not None:
-            taken = replace(taken, distance_mm=taken.distance_mm * shoot.distance_mm)
         return Filming(course(shoot), taken.shown)
 
     return make
@@ -149,28 +133,6 @@ def turn_tangent(badge: Badge) -> float:
     return 2 * float(np.interp(np.pi, np.abs(phase), tangents))
 
 
-def frozen_in_spells(share: float, shift_px: float) -> Make:
-    """Fringes that stay still for a share of the frames, in spells of half a second, the markers shifted there."""
-
-    def make(shoot: Shoot) -> Filming:
-        spell = round(0.5 * FPS)
-        starts = set(shoot.rng.permutation(shoot.frames // spell)[: round(share * shoot.frames / spell)].tolist())
-
-        def within(frame: int) -> bool:
-            return frame // spell in starts
-
-        def show(scene: Scene, motion: Motion, camera_mm: Any, fps: float) -> ShownViews:
-            held = camera_mm.copy()
-            for frame in range(len(held)):
-                if within(frame):
-                    held[frame] = held[max(spell * (frame // spell) - 1, 0)]
-            return ShownViews(held, camera_mm)
-
-        return Filming(moving(shoot), show, ShiftedMarkers(shoot.badge, shift_px, within))
-
-    return make
-
-
 def spell(seconds: float) -> Make:
     """Fringes that stay still for some seconds within a true film, while they should move.
 
@@ -193,70 +155,6 @@ def spell(seconds: float) -> Make:
     return make
 
 
-def short_of_film(seconds: float, times: float) -> Make:
-    """A true badge for some seconds of a film that is longer by far."""
-    return lambda shoot: Filming(seen_only(moving(shoot), [(1.0, 1.0 + seconds)]), seconds_times=times)
-
-
-def late_on_sweep(seconds: float) -> Make:
-    """Fringes that come late, on one steady sweep."""
-
-    def make(shoot: Shoot) -> Filming:
-        motion = one_way(shoot.distance_mm, shoot.seed, length_s=shoot.length_s)
-
-        def show(scene: Scene, motion: Motion, camera_mm: Any, fps: float) -> ShownViews:
-            return ShownViews(motion(np.arange(len(camera_mm)) / fps - seconds).camera_mm, camera_mm)
-
-        return Filming(motion, show)
-
-    return make
-
-
-def drift_on_sweep(shoot: Shoot) -> Filming:
-    """Fringes that drift at a constant speed which the forger does not know, on one steady sweep."""
-    ratio = float(shoot.rng.uniform(-2.0, 3.0))
-
-    def show(scene: Scene, motion: Motion, camera_mm: Any, fps: float) -> ShownViews:
-        share = np.linspace(-1, 1, len(camera_mm))
-        held = camera_mm.copy()
-        ends = camera_mm[-1, 0] - camera_mm[0, 0]
-        held[:, 0] = camera_mm[:, 0].mean() + ratio * ends / 2 * share
-        return ShownViews(held, camera_mm)
-
-    return Filming(one_way(shoot.distance_mm, shoot.seed, length_s=shoot.length_s), show)
-
-
-def hand(share: float, seconds: float) -> Make:
-    """A hand before the lens, the markers free."""
-
-    def make(shoot: Shoot) -> Filming:
-        first = int(shoot.rng.uniform(0.2, 0.7) * (shoot.frames - seconds * FPS))
-        return Filming(moving(shoot), edit=hand_over(shoot.badge, share, start=first, frames=round(seconds * FPS)))
-
-    return make
-
-
-def row_caption(shoot: Shoot) -> Filming:
-    """A caption that follows the badge and covers most of one row."""
-    x0, y0, x1, y1 = field_of(shoot.badge)
-    top = y0 + float(shoot.rng.uniform(0.1, 0.8)) * (y1 - y0)
-    rect = (x0 + 0.1 * (x1 - x0), top, x1 - 0.1 * (x1 - x0), top + 8.0)
-    return Filming(moving(shoot), edit=caption_on(shoot.badge, rect))
-
-
-def sticker(shoot: Shoot) -> Filming:
-    """A sticker on the badge."""
-    x0, y0, x1, y1 = field_of(shoot.badge)
-    x, y = shoot.rng.uniform(0.2, 0.8, 2) * (x1 - x0, y1 - y0) + (x0, y0)
-    rect = (x - 9, y - 6, x + 9, y + 6)
-    return Filming(moving(shoot), edit=caption_on(shoot.badge, rect, "42"))
-
-
-def jump_cut(skip_s: float) -> Make:
-    """A jump within a take."""
-    return lambda shoot: Filming(with_jump(moving(shoot), shoot.length_s / 2, skip_s=skip_s))
-
-
 def attacks() -> Iterator[tuple[str, Make]]:
     """What forgers film, by name; the counts of photographs are swept."""
     yield "one photograph in turns, plain cuts", still_in_turns(0.0)
@@ -266,7 +164,6 @@ def attacks() -> Iterator[tuple[str, Make]]:
     for counts, words, how in (
         ((3, 5, 8, 12, 18, 24, 36, 48, 64, 96), "photographs, cross-faded", {}),
         ((8, 16, 24, 48, 96, 192), "photographs, nearest", {"blend": False}),
-        ((12, 24, 48), "photographs, cross-faded, from 1.4 times as far", {"distance_mm": 1.4}),
         ((3, 5, 8, 12, 18, 24, 36), "photographs from each of two distances, cross-faded", {"distances": 2}),
     ):
         for count in counts:
@@ -275,48 +172,24 @@ def attacks() -> Iterator[tuple[str, Make]]:
     yield "one photograph, slid by the law, level course", slid(level)
     for count in (3, 5, 8, 12, 18, 24, 36):
         yield f"{count} photographs, cross-faded, level course", photographs(count, course=level)
-    yield "24 photographs, cross-faded, 1.5 frames late", photographs(24, late_s=0.05)
-    for share in (0.25, 0.5):
-        yield f"frozen for {100 * share:.0f} % of the frames, markers shifted", frozen_in_spells(share, 0.8)
     for seconds in (0.5, 1.0, 2.0):
         yield f"frozen for {seconds:g} s", spell(seconds)
-    yield "2 s of badge in a film five times as long", short_of_film(2.0, 2.5)
-    yield "half a second late on one sweep", late_on_sweep(0.5)
-    yield "drift on one sweep", drift_on_sweep
     for count in (12, 48):
         yield f"{count} photographs, cross-faded, two axes, whole", photographs(count)
-    for count in (12, 24, 48, 96):
-        yield f"{count} photographs, cross-faded, two axes, by grating", photographs(count, by_grating=True)
 
 
-def mishaps() -> Iterator[tuple[str, Make]]:
-    """Honest films, plain and as hands and editors spoil them, by name."""
+def plain() -> Iterator[tuple[str, Make]]:
+    """True films on the same trajectories, by name."""
     yield "plain", lambda shoot: Filming(moving(shoot))
     yield "plain, two axes", lambda shoot: Filming(moving(shoot))
     yield "level course", lambda shoot: Filming(level(shoot))
     yield "one sweep", lambda shoot: Filming(one_way(shoot.distance_mm, shoot.seed, length_s=shoot.length_s))
-    yield "a hand over 60 % for 0.4 s", hand(0.6, 0.4)
-    yield "a hand over 60 % for 1.5 s", hand(0.6, 1.5)
-    yield "fingers over 15 %", lambda shoot: Filming(moving(shoot), edit=fingers_on(shoot.badge, 0.15, shoot.seed))
-    yield "a caption over one row", row_caption
-    yield "a sticker", sticker
-    subtitle = caption("Live from the conference", (0.5, 0.55), 34)
-    yield "a subtitle in the picture", lambda shoot: Filming(moving(shoot), edit=subtitle)
-    yield "a jump cut of 1 s", jump_cut(1.0)
-    yield "a jump cut of 3 s", jump_cut(3.0)
-    yield "a gap of 1 s", gap_of_1_s
-
-
-def gap_of_1_s(shoot: Shoot) -> Filming:
-    """The badge leaves the picture for a second in the middle."""
-    middle = shoot.length_s / 2
-    return Filming(seen_only(moving(shoot), [(0, middle - 0.5), (middle + 0.5, 99)]))
 
 
 def cases() -> list[ForgeryCase]:
     """All of them; those of two axes say so in their name."""
     return [
         ForgeryCase(name, genuine, make, "xy" if "two axes" in name else "x")
-        for genuine, some in ((False, attacks()), (True, mishaps()))
+        for genuine, some in ((False, attacks()), (True, plain()))
         for name, make in some
     ]

@@ -1,6 +1,7 @@
 """The forgers suite, with its table.
 
-Which attacks by a reader of this code are accepted, and what happens to honest films that a hand or an editor spoils.
+Which attacks by a reader of this code are accepted; true films on their trajectories are judged
+next to them.
 
 Convention: a film is accepted, inconclusive or rejected by `verify` with the badge as claim and its identity; its
     figures as built are not known.
@@ -40,10 +41,9 @@ def film_case(case: ForgeryCase, shoot: Shoot) -> Iterator[Path]:
     with temporary_film(
         Scene(shoot.badge, Build.typical(shoot.seed), CAMERA),
         filming.motion,
-        frames=round(shoot.length_s * filming.seconds_times * filming.fps),
+        frames=round(shoot.length_s * filming.fps),
         fps=filming.fps,
         show=filming.show,
-        edit=filming.edit,
         seed=shoot.seed,
         crf=CRF,
     ) as video:
@@ -67,7 +67,7 @@ def rows(wish: Wish) -> Iterator[Row]:
     return wish.films(run_case, [case.name for case in cases()], FRAMES, wish.seeds(100, quick=2))
 
 
-HEADINGS = {False: "forged", True: "genuine, as hands and editors spoil it"}
+HEADINGS = {False: "forged", True: "genuine"}
 COLUMNS = {HEADINGS[False]: "<58", HEADINGS[True]: "<58", "accept": ">8", "inconclusive": ">13", "reject": ">8"}
 COLUMNS |= {"s a film": ">10.1f", "reasons": "<1"}
 

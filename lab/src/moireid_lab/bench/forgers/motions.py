@@ -1,4 +1,4 @@
-"""Trajectories of attacks and mishaps, in addition to those of `simulate.motion`."""
+"""Trajectories of attacks, in addition to those of `simulate.motion`."""
 
 from __future__ import annotations
 
@@ -61,26 +61,6 @@ def in_turns(distance_mm: float, seed: int, *, tangents: Array, hold_s: float, g
             c, s = math.cos(turn), math.sin(turn)
             rotation[k] = np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
         return Poses(camera, rotation)
-
-    return poses
-
-
-def with_jump(motion: Motion, at_s: float, *, skip_s: float) -> Motion:
-    """A jump cut: from `at_s` on the take goes on `skip_s` later."""
-    return lambda times_s: motion(np.where(times_s < at_s, times_s, times_s + skip_s))
-
-
-def seen_only(motion: Motion, spans_s: list[tuple[float, float]]) -> Motion:
-    """The badge leaves the picture outside these spans: the camera is turned away."""
-    away = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
-
-    def poses(times_s: Array) -> Poses:
-        true = motion(times_s)
-        inside = np.zeros(len(times_s), bool)
-        for start, end in spans_s:
-            inside |= (times_s >= start) & (times_s < end)
-        rotation = np.where(inside[:, None, None], true.rotation, away @ true.rotation)
-        return Poses(true.camera_mm, rotation)
 
     return poses
 

@@ -16,7 +16,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.badge import Grating
 from moireid.simulate.forgeries.rear_layer import ShownViews, SquaredUp
 from moireid.simulate.motion import Motion
 from moireid.simulate.scene import Scene
@@ -32,43 +31,33 @@ class Photographs:
     """What the forger has and does.
 
     count: photographs, evenly spaced over the trajectory that is to be shown; blend: cross-fade two neighbours in coded
-    brightness, as editing programs do, else show the nearest; distance_mm: from which they were taken, None for the
-    trajectory's mean; late_s: how late the picture is put over the film; by_grating: each grating's region is taken
-    from the photograph that suits its own axis; distances: from how many distances the photographs were taken, evenly
-    over those of the trajectory, so that there are `count` from each.
+    brightness, as editing programs do, else show the nearest; distances: from how many distances the photographs were
+    taken, evenly over those of the trajectory, so that there are `count` from each; one is the trajectory's mean.
     """
 
     count: int
     blend: bool = True
-    distance_mm: float | None = None
-    late_s: float = 0.0
-    by_grating: bool = False
     distances: int = 1
 
     def shown(self, scene: Scene, motion: Motion, camera_mm: Array, fps: float) -> ShownViews:
         """The film that these photographs make of a course."""
         true = camera_mm[:, :2] / np.abs(camera_mm[:, 2:])
-        late = motion(np.arange(len(camera_mm)) / fps - self.late_s).camera_mm
-        wanted = late[:, :2] / np.abs(late[:, 2:])
         away = np.abs(camera_mm[:, 2])
-        distance = self.distance_mm or float(away.mean())
+        distance = float(away.mean())
         taken = np.linspace(away.min(), away.max(), self.distances) if self.distances > 1 else np.array([distance])
         tables = [Table(scene, true, self.count, each) for each in taken.tolist()]
         # Spacing goes with one over the distance, so the shares of two distances do.
         level = np.interp(-1 / away, -1 / taken, np.arange(len(taken)))
-        held = np.column_stack([wanted * distance, np.full(len(wanted), -distance)])
+        held = np.column_stack([true * distance, np.full(len(true), -distance)])
 
         def show(frame: int) -> Picture:
             nearer = min(int(level[frame]), max(len(tables) - 2, 0))
             share = np.float32(level[frame] - nearer if self.blend else round(level[frame] - nearer))
             some = [(1 - share, tables[nearer]), *([(share, tables[nearer + 1])] if share else [])]
-            pictures = [weight * self._of(table, wanted[frame]) for weight, table in some]
+            pictures = [weight * table.at(float(true[frame, 0]), blend=self.blend) for weight, table in some]
             return np.asarray(sum(pictures[1:], start=pictures[0]) ** 2, np.float32)
 
         return ShownViews(held, camera_mm, picture=show)
-
-    def _of(self, table: Table, wanted: Array) -> Picture:
-        return (table.by_grating if self.by_grating else table.whole)(wanted, blend=self.blend)
 
 
 class Table:
@@ -83,23 +72,10 @@ class Table:
         self._coded = [
             np.sqrt(squared.picture(np.array([*(place * distance_mm), -distance_mm]))) for place in self.places
         ]
-        self._scene = scene
 
-    def whole(self, wanted: Array, *, blend: bool) -> Picture:
-        """One picture, in coded brightness, for the parallax (2,), by its share along x."""
-        return self._at(float(wanted[0]), 0, blend)
-
-    def by_grating(self, wanted: Array, *, blend: bool) -> Picture:
-        """A picture, in coded brightness, whose gratings are each from the photographs that suit their own axis."""
-        picture = self._at(float(wanted[0]), 0, blend).copy()
-        for grating in self._scene.badge.gratings:
-            if grating.axis == "y":
-                region = self._region(grating, picture.shape)
-                picture[region] = self._at(float(wanted[1]), 1, blend)[region]
-        return picture
-
-    def _at(self, wanted: float, axis: int, blend: bool) -> Picture:
-        places = self.places[:, axis]
+    def at(self, wanted: float, *, blend: bool) -> Picture:
+        """One picture, in coded brightness, for the parallax along x."""
+        places = self.places[:, 0]
         place = float(np.interp(wanted, places, np.arange(len(places)))) if len(places) > 1 else 0.0
         if not blend:
             return self._coded[round(place)]
@@ -108,12 +84,6 @@ class Table:
         if share == 0:
             return self._coded[first]
         return np.asarray((1 - share) * self._coded[first] + share * self._coded[first + 1], np.float32)
-
-    def _region(self, grating: Grating, shape: tuple[int, ...]) -> tuple[slice, slice]:
-        x0, y0, x1, _ = self._scene.badge.outline_mm
-        scale = shape[1] / (x1 - x0)
-        left, top, right, bottom = (round(scale * value) for value in np.subtract(grating.rect_mm, (x0, y0, x0, y0)))
-        return slice(top, bottom), slice(left, right)
 
 
 def still(place_mm: Array) -> Callable[[Scene, Motion, Array, float], ShownViews]:

@@ -241,23 +241,6 @@ def _mitsuba(scene: Scene, samples: int, segments: int, seed: int) -> Callable[[
     return MitsubaRenderer(scene, samples=samples, segments=segments, seed=seed).render
 
 
-def speed_at_equal_error(work: list[Row]) -> dict[str, Any] | None:
-    """How many times faster the analytic renderer is than the best Mitsuba set-up, at that set-up's phase error.
-
-    Convention: of all set-ups of Mitsuba at a resolution, the one against which the analytic renderer wins by least;
-    its seconds over those of the cheapest analytic setting that errs no more.
-    Returns: None without Mitsuba, or where no analytic setting errs as little.
-    """
-    found = []
-    for row in work:
-        if not row["renderer"].startswith("mitsuba") or row["phase_rad"] is None:
-            continue
-        own = [one for one in work if (one["renderer"], one["camera"]) == ("analytic", row["camera"])]
-        equal = [one["seconds"] for one in own if one["phase_rad"] is not None and one["phase_rad"] <= row["phase_rad"]]
-        found += [row | {"times": row["seconds"] / min(equal)}] if equal else []
-    return min(found, key=lambda one: one["times"]) if found else None
-
-
 COLUMNS = {"against the outside tracer": "name <36", "phase": "fine.phase_rad >8.4f"}
 COLUMNS |= {
     "at 60": "fine.steep_phase_rad >8.4f",
@@ -282,17 +265,5 @@ def work_of(rows: list[Row]) -> list[Row]:
     return [row for row in rows if "setting" in row]
 
 
-def speed_sentence(rows: list[Row]) -> str:
-    """How the two renderers compare, in a sentence."""
-    speed = speed_at_equal_error(work_of(rows))
-    if speed is None:
-        return "no set-up of Mitsuba was measured that errs as much as an analytic setting"
-    return (
-        f"at equal phase error ({speed['phase_rad']:.4f} rad, {speed['camera']}) the analytic renderer is "
-        f"{speed['times']:.0f} times faster than the best set-up of {speed['renderer']} "
-        f"({speed['setting'][0]} rays, {speed['setting'][1]} segments)"
-    )
-
-
 PLOT = ("phase_rad", "seconds", "renderer", "camera")
-BENCH = Bench(rows, COLUMNS, lambda rows: [speed_sentence(rows)], table=table, plot=PLOT)
+BENCH = Bench(rows, COLUMNS, table=table, plot=PLOT)
