@@ -204,4 +204,6 @@ def _known_by(registry: Registry, standing: Standing, document: Mapping[str, Any
     from moireid.registry import holder_of
 
     read = holder_of(registry, read_id(document))
-    return Circumstances(datetime.now(UTC), read=read, standing=standing, registry=Path(urlsplit(registry.shown_url).path).name)
+    return Circumstances(
+        datetime.now(UTC), read=read, standing=standing, registry=Path(urlsplit(registry.shown_url).path).name
+    )

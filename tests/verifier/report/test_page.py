@@ -291,7 +291,7 @@ def test_the_plots_and_the_picture_are_in_the_page(page, ada):
 
 @pytest.mark.slow
 def test_the_json_beside_it_is_the_contract_s(ada, tmp_path):
-    """Catches: NaN; rounding apart from that of `verify --json`; the film's folder, which is private."""
+    """Catches: NaN; rounding apart from that of `verify --json`; the folder of the film, which is private."""
     report = report_of(ada, path="/private/film.mp4")
     report = replace(report, invariant=replace(report.invariant, gain_sd=float("inf")))
     page, data, signals = write_report(report, tmp_path / "new" / "folder")
