@@ -18,11 +18,16 @@ step() {
     printf '\n%d. %s\n' "$number" "$1"
 }
 
-# Shows a command and runs it.  It must end with the exit code given first, else the demo ends with what it said.
+# Shows a command, so that it can be pasted, and runs it.  It must end with the exit code given first, else the demo ends with what it said.
 run() {
-    local wanted=$1 got=0
+    local wanted=$1 got=0 word
     shift
-    printf '   $ %s\n' "$*"
+    printf '   $'
+    for word; do
+        case $word in *[!-A-Za-z0-9_./:]*) word="\"$word\"" ;; esac
+        printf ' %s' "$word"
+    done
+    echo
     "$@" > demo/said.txt 2>&1 || got=$?
     cat demo/said.txt >> "$log"
     if [ "$got" -ne "$wanted" ]; then
@@ -56,7 +61,7 @@ run 0 moireid enroll demo/grace/badge.json --registry "$registry"
 result "the registry is demo/people.sqlite3"
 
 step "Film: we have no camera here, so simulate one that moves around Ada, who wears it; then forge the same film."
-film="--scene worn --camera webcam --motion circle --distance 0.6 --frames 150 --fps 30 --overwrite"
+film="--scene worn --camera webcam --motion circle --distance 0.6 --frames 100 --fps 30 --overwrite"
 # shellcheck disable=SC2086  # These are several words.
 run 0 moireid simulate demo/ada/badge.json --out demo/ada.mp4 $film
 # shellcheck disable=SC2086
@@ -84,5 +89,6 @@ Done. Look at, in this order:
   demo/ada/preview.png             how the built badge looks
   demo/ada/badge.pdf               the page to print at 100 %; demo/ada/assembly.pdf says how to build the badge
   demo/log.txt                     all that the commands said
+To paste the commands above:     source .venv/bin/activate && export MOIREID_KEYS=demo/keys
 Next: print your own with  .venv/bin/print-your-badge "Your Name" --out mine  and read README.md.
 END

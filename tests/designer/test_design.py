@@ -228,7 +228,7 @@ def asked(**wish: Any) -> Order:
         asked(size_mm=(40.0, 300.0), paper="letter"),
         asked(printer_dpi=72),
         asked(lens="75lpi", printer_dpi=300, range_m=(0.1, 4.0)),
-        asked(paper="a3"),
+        asked(paper="a2"),
         asked(lens="55lpi"),
     ],
     ids=lambda r: f"{r.lens}-{r.paper}-{r.size_mm[0]:g}x{r.size_mm[1]:g}-{r.range_m[0]:g}-{r.range_m[1]:g}",
@@ -249,6 +249,19 @@ def test_following_the_advice_of_a_refusal_leads_to_a_badge(request_: Order) -> 
         assert badge.range_m == request_.range_m
         return
     raise AssertionError(f"three pieces of advice led to: {message}")
+
+
+def test_a_refused_range_names_the_least_board_that_serves() -> None:
+    """Catches: "a larger board" without its size; one that is refused in turn; one where none serves."""
+    far = asked(lens="62lpi-27mil", range_m=(0.8, 4.5))
+    with pytest.raises(DesignError, match=r"or give --size 201x221 --paper a3$"):
+        design_badge(far, PAYLOAD)
+    larger = replace(far, size_mm=(201.0, 221.0), paper="a3")
+    assert design_badge(larger, PAYLOAD).range_m == (0.8, 4.5)
+    with pytest.raises(DesignError, match="read at"):
+        design_badge(replace(larger, size_mm=(198.0, 218.0)), PAYLOAD)
+    with pytest.raises(DesignError, match=r"no board up to A3 .* a lens of 56 mm"):
+        design_badge(replace(far, range_m=(3.0, 8.0)), PAYLOAD)
 
 
 # Names and payloads.

@@ -204,6 +204,8 @@ def test_films_without_a_score_are_counted_apart_and_as_least_genuine(tmp_path: 
     assert by["far", "genuine"]["mean"] is None and by["sora", "forged"]["scored"] == 0
     assert ours["verdicts"]["genuine"]["accept"]["films"] == 2 and ours["verdicts"]["forged"]["reject"]["films"] == 3
     text = table(document)
+    summary = "genuine: 2 of 3 accepted, 1 rejected, 0 without an answer; forged: 3 of 3 rejected"
+    assert summary in text.splitlines()[1] and text.splitlines()[1].endswith("AUC 1.000")
     assert "0.845" in text and "0.870 ± 0.140" in text and "paper, other films" in text and "nan" not in text
     for path in write_plots(document, tmp_path):
         assert path.read_text(encoding="utf-8").rstrip().endswith("</svg>")

@@ -10,7 +10,9 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from urllib.parse import urlsplit
 
 from moireid.badge import Badge, load_badge
 from moireid.files import AnyPath, as_path
@@ -19,8 +21,6 @@ from moireid.question import KnownCamera, Question
 from moireid.verifier.report.circumstances import Circumstances, read_id
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from moireid.api.places import Place
     from moireid.reading.film_orders import Progress
     from moireid.reading.film_reader import Reader
@@ -106,7 +106,7 @@ def claim_in_bundle(claim: str, bundle: AnyPath, terms: AskingTerms) -> Iterator
                 barred=found.barred,
                 read=read,
                 standing=held.standing,
-                registry=str(bundle),
+                registry=as_path(bundle).name,
                 looked_up=held.opens_soon,
             )
 
@@ -183,7 +183,7 @@ def people_of_bundle(bundle: AnyPath, terms: AskingTerms) -> Iterator[SearchScop
         def look_up(document: Mapping[str, Any]) -> Circumstances:
             read = read_id(document)
             holder = people.holder(read) if isinstance(read, str) else None
-            return Circumstances(datetime.now(UTC), read=holder, standing=held.standing, registry=str(bundle))
+            return Circumstances(datetime.now(UTC), read=holder, standing=held.standing, registry=as_path(bundle).name)
 
         yield SearchScope(held.standing, held.layouts(), people, name, note, look_up)
 
@@ -204,4 +204,6 @@ def _known_by(registry: Registry, standing: Standing, document: Mapping[str, Any
     from moireid.registry import holder_of
 
     read = holder_of(registry, read_id(document))
-    return Circumstances(datetime.now(UTC), read=read, standing=standing, registry=registry.shown_url)
+    return Circumstances(
+        datetime.now(UTC), read=read, standing=standing, registry=Path(urlsplit(registry.shown_url).path).name
+    )

@@ -94,7 +94,7 @@ json_option = click.option("--json", "as_json", is_flag=True, help="Print the re
 overwrite_option = click.option("--overwrite", is_flag=True, help="Replace files that already exist.")
 
 
-PAPER, PRINTER_DPI = click.Choice(["a4", "letter"]), click.IntRange(72, 9600)
+PAPER, PRINTER_DPI = click.Choice(["a4", "letter", "a3"]), click.IntRange(72, 9600)
 
 
 printer_dpi_option = click.option(

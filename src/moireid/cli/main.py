@@ -138,7 +138,7 @@ def moireid() -> None:
     in a film. The spacing of the lines says whose badge it is.
 
     \b
-    Start here:  moireid print "Ada Lovelace" --out ada
+    Start here:  print-your-badge "Ada Lovelace" --out ada      (the same as moireid print)
                  moireid enroll ada/badge.json
                  moireid verify film.mp4 --claim "Ada Lovelace"
     """

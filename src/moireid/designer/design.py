@@ -8,11 +8,12 @@ beat levels divide the interval between the two.
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from moireid.badge import Badge, Cell, Code, Grating, Lens
-from moireid.designer.formats import format_named, turned
+from moireid.designer.formats import PHONE_MM, format_named, turned
 from moireid.designer.grid import DUTY, Grid, bands, cells_and_roles, choose_grid
 from moireid.designer.layout import Layout, lay_out
 from moireid.designer.order import DESIGN_FOCAL_PX, FAMILY_BYTES, GAP_MM, Order, Pair
@@ -110,8 +111,14 @@ def design_badge(order: Order, payload: bytes) -> Badge:
     Convention: printed pitches are coarser than the lens pitch, so beats are negative, as in the published prototype.
     Source: `choose_beats`; p_r = 1 / (1/p_f + f_b).
     """
-    drawing = _drawing(filled(order, len(payload)), len(payload))
-    order, layout, lens_pitch_mm = drawing.order, drawing.layout, drawing.lens.pitch_mm
+    order = filled(order, len(payload))
+    try:
+        drawing = _drawing(order, len(payload))
+    except DesignError as error:
+        if "size_mm" in error.details or "far_m" not in error.details:
+            raise
+        raise DesignError(f"{error}{_larger(order, len(payload), error)}", **error.details) from error
+    layout, lens_pitch_mm = drawing.layout, drawing.lens.pitch_mm
     silk = _is_silk(order, drawing.family.name)
     blank = tuple(_blank_grating(drawing, k, silk=silk) for k in range(len(layout.fields_mm)))
     _check_printer(order, blank[0].pitch_mm)
@@ -162,6 +169,26 @@ def filled(order: Order, payload_bytes: int | None = None) -> Order:
         else:
             break
     return full
+
+
+def _larger(order: Order, payload_bytes: int, error: DesignError) -> str:
+    """What else to do: the least board of that shape that is read over the range; a longer lens where none is.
+
+    Parameters: error: that of `check_range`.
+    """
+    assert order.size_mm is not None and order.range_m is not None
+    for percent in range(102, 300, 2):
+        width, height = (round(side * percent / 100) for side in order.size_mm)
+        for paper in dict.fromkeys((order.paper, "a3")):
+            wish = replace(order, format=None, orientation=None, size_mm=(width, height), paper=paper)
+            with suppress(DesignError):
+                _drawing(wish, payload_bytes)
+                return f", or give --size {width}x{height}" + (f" --paper {paper}" if paper != order.paper else "")
+    longer = order.range_m[1] / float(str(error.details["far_m"]))
+    if longer <= 1:
+        return ""
+    lens_mm = math.ceil(PHONE_MM * longer)
+    return f"; no board up to A3 is read so far with this sheet: film with a lens of {lens_mm} mm, not {PHONE_MM:g}"
 
 
 def _cut(range_m: Pair, error: DesignError) -> Pair:

@@ -9,6 +9,7 @@ template (`moireid.artwork`), within what markers and fringes need.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from moireid.designer.order import MARGIN_MM, Order, Pair
@@ -53,6 +54,30 @@ FORMATS = {
         (146.0, 160.0), DEFAULT_LENS, (0.8, 2.5), MARGIN_MM, None, 0.0, "a board of its own, for cameras farther away"
     ),
 }
+
+
+#: Focal length, mm, of a camera of 36 mm of film whose angle of view is that of the camera of a design.
+PHONE_MM = 27.0
+
+
+def distances(lens_mm: Iterable[float]) -> list[tuple[str, ...]]:
+    """A table of formats: name, size, lens sheet, and with each lens the distances at which a film of 1080p is judged.
+
+    Parameters: lens_mm: focal lengths for 36 mm of film.
+    Convention: a lens that is longer brings the badge nearer by as much, in pixels.
+    """
+    return [
+        (
+            name,
+            "{:g} × {:g} mm".format(*form.size_mm),
+            form.lens,
+            *(
+                "{:g} to {:g} m".format(*(round(side * lens / PHONE_MM, 2) for side in form.range_m))
+                for lens in lens_mm
+            ),
+        )
+        for name, form in FORMATS.items()
+    ]
 
 
 def format_named(name: str | None) -> BadgeFormat:

@@ -180,7 +180,7 @@ def check_range(
         raise DesignError(
             f"{words} is read at {near_m:.2f} to {far_m:.2f} m, not {range_m[0]:g} to {range_m[1]:g}: "
             f"nearer it overfills the picture, beyond its {what} are too small; choose a range within "
-            f"{near_m:.2f}-{far_m:.2f} m, or give a larger board",
+            f"{near_m:.2f}-{far_m:.2f} m",
             near_m=near_m,
             far_m=far_m,
         )

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.errors import MissingExtraError, SpecError
+from moireid.errors import SpecError
 
 #: Columns of every film; those of grating G are measured_rad_G, predicted_rad_G and phase_sd_rad_G.
 COLUMNS = ("frame", "time_s", "camera_x_mm", "camera_y_mm", "camera_z_mm", "parallax_x", "parallax_y")
@@ -59,25 +59,3 @@ class SignalTable(dict[str, NDArray[Any]]):
         if not len(self["time_s"]):
             raise SpecError("nothing could be measured in this film, so it has no signals; the report says why")
         return int(np.argmax([np.std(self[f"predicted_rad_{number}"]) for number in range(self.gratings)]))
-
-    def to_frame(self) -> Any:
-        """Give the columns as a data frame.
-
-        Returns
-        -------
-        pandas.DataFrame
-            One row for each frame.
-
-        Raises
-        ------
-        MissingExtraError
-            Without pandas, which moireid itself does not need.
-        """
-        try:
-            import pandas
-        except ImportError as error:
-            raise MissingExtraError(
-                "a data frame needs pandas, which is not installed; install it with: pip install pandas",
-                package="pandas",
-            ) from error
-        return pandas.DataFrame(self)

@@ -64,6 +64,14 @@ def test_pages_at_every_width(page: Page, pictures: Path, path: str) -> None:
     look(page, pictures, f"{name}-menu", shapes=())
 
 
+def test_issue_is_one_screen_to_check(page: Page) -> None:
+    """Catches: choices that few need between the name and *Check* on a phone."""
+    page.set_viewport_size(PHONE)
+    page.goto("/issue")
+    box = page.get_by_role("button", name="Check", exact=True).bounding_box()
+    assert box is not None and box["y"] + box["height"] <= PHONE["height"]
+
+
 @pytest.mark.parametrize("path", ["/registry", "/registry/audit", "/links", "/help"])
 def test_other_pages_at_every_width(page: Page, pictures: Path, path: str) -> None:
     """Catches: as above."""

@@ -31,6 +31,14 @@ def test_a_format_and_a_number_give_list_and_files(tmp_path: Path) -> None:
     assert "give --sheet-size 210x297" in run(*options[:-1], "297x210").stderr
 
 
+def test_readme_has_the_distances_that_the_command_prints() -> None:
+    """Catches: a table that was edited by hand, or that formats have left behind."""
+    readme = (Path(__file__).parents[3] / "README.md").read_text(encoding="utf-8")
+    for row in json.loads(run("--json").stdout)["formats"]:
+        name, _, _, *distances = row.values()
+        assert f"| `{name}` | {' | '.join(distances)} |" in readme
+
+
 def test_without_badges_it_prints_the_table() -> None:
     """Catches: a product that the table on the terminal leaves out, or one without its source."""
     plain, listed = run(), run("--json")

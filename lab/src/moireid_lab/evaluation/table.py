@@ -15,13 +15,26 @@ LISTED = 10
 
 
 def table(document: Document) -> str:
-    """The whole table: distributions and verdicts by group, both pipelines side by side, failed films."""
+    """A summary, then all tables: distributions and verdicts by group, both pipelines side by side, failed films."""
     lines = [f"{document['films']} films: {document['genuine']} genuine, {document['forged']} forged"]
+    lines += [_summary(name, figures) for name, figures in document["pipelines"].items()]
     for name, figures in document["pipelines"].items():
         lines += ["", f"{name}: {figures['score']}", *_groups(figures["groups"])]
     lines += ["", *_side_by_side(document), *_attacks(document["pipelines"])]
     lines += _failed(document["rows"])
     return "\n".join(lines)
+
+
+def _summary(name: str, figures: Document) -> str:
+    """What came out, in a sentence: right, inconclusive or failed, and wrong films of each label."""
+    said = []
+    for kind, right, wrong in (("genuine", "accept", "reject"), ("forged", "reject", "accept")):
+        films = {verdict: row["films"] for verdict, row in figures["verdicts"][kind].items()}
+        if of := sum(films.values()):
+            left = of - films[right] - films[wrong]
+            said.append(f"{kind}: {films[right]} of {of} {right}ed, {films[wrong]} {wrong}ed, {left} without an answer")
+    auc = figures["scored_films"].get("auc")
+    return f"  {name}: " + "; ".join(said) + (f"; AUC {auc:.3f}" if auc is not None else "")
 
 
 def _groups(groups: list[Document]) -> Iterator[str]:
@@ -66,7 +79,6 @@ ROWS = {
     "  genuine films, ratio on the wrong side": "likelihood_ratio.misleading.genuine",
     "  forged films, ratio on the wrong side": "likelihood_ratio.misleading.forged",
 }
-ROWS |= {f"{kind} films: {verdict}": f"verdicts.{kind}.{verdict}" for kind in KINDS for verdict in VERDICTS}
 
 
 def _side_by_side(document: Document) -> list[str]:

@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 
 #: Width of what is written on a terminal.
 WIDE = 100
+#: Lenses of the table of distances, mm: a phone's, and what press cameras have.
+LENSES_MM = (27.0, 50.0, 85.0, 135.0)
 
 
 @click.command("materials")
@@ -152,12 +154,23 @@ def _show_table(as_json: bool) -> None:
     """All products, by kind, with their sources."""
     from msgspec import to_builtins
 
+    from moireid.designer.formats import distances
     from moireid.materials import materials
 
-    rows = materials()
+    rows, formats = materials(), distances(LENSES_MM)
     if as_json:
-        show_json({"materials": [to_builtins(row) for row in rows]})
+        columns = ("format", "size", "lens_sheet", *(f"lens_{lens:g}_mm" for lens in LENSES_MM))
+        show_json(
+            {
+                "materials": [to_builtins(row) for row in rows],
+                "formats": [dict(zip(columns, f, strict=True)) for f in formats],
+            }
+        )
         return
+    echo("Formats, and from where a film of 1080p is judged, by the camera's lens (for 36 mm of film; 27 mm: a phone)")
+    for cells in [("", "", "", *(f"{lens:g} mm" for lens in LENSES_MM)), *formats]:
+        echo("  {:<7} {:<17} {:<12}".format(*cells[:3]) + "".join(f"  {cell:<15}" for cell in cells[3:]).rstrip())
+    echo("Eight seconds of swaying by 12 cm and turning by 9 degrees; the board from beyond 1.5 m: move it more.")
     for kind in dict.fromkeys(row.kind for row in rows):
         echo(f"{kind[0].upper()}{kind[1:]}")
         for row in rows:
@@ -168,7 +181,7 @@ def _show_table(as_json: bool) -> None:
 
 def _show_row(row: Material) -> None:
     """One product: what to ask for, its source, and what no source states."""
-    lead = f"  {row.label or '':<14}"
+    lead = f"  {row.label or '':<15}"
     shape = "" if row.sold else " (no product: a shape that older badges have)"
     sizes = "" if not row.sizes_mm else "; " + ", ".join(f"{wide:g} x {high:g} mm" for wide, high in row.sizes_mm)
     price = "" if row.price is None else f"; {row.price:g} {row.currency} for {row.per_pack or 1}"

@@ -70,6 +70,8 @@ def print_command(
 ) -> None:
     """Make a badge for NAME, ready to print.
 
+    print-your-badge and moireid print are the same program.
+
     The folder gets badge.pdf (the page to print at 100 %), preview.png and preview.webp (the badge as worn; the second
     moves), assembly.pdf (how to build it), the files of a mount, and badge.json, which the other commands read.
 

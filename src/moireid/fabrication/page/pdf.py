@@ -150,7 +150,7 @@ def write_badge_pdf(
         draw_board(sheet, badge, form, dot_mm, board, marker_marks(badge) if write_words else marks(badge))
         if write_words:
             write_words(sheet, badge)
-        draw_scale_bars(sheet, board)
+        draw_scale_bars(sheet, board, badge.range_m)
         if badge.lens.kind == "mask":
             sheet.canvas.showPage()
             draw_mask(sheet, badge, form, dot_mm)
@@ -248,8 +248,11 @@ def on_dots(line: Rect, axis: Axis, dot_mm: float) -> Rect:
     return (edges[0], edges[1], edges[2], edges[3])
 
 
-def draw_scale_bars(sheet: PdfPage, block: Rect) -> None:
-    """A level bar below everything on the sheet, an upright one at its left: `SCALE_BAR_MM` long, ticks every 10 mm."""
+def draw_scale_bars(sheet: PdfPage, block: Rect, range_m: tuple[float, float] | None = None) -> None:
+    """A level bar below everything on the sheet, an upright one at its left: `SCALE_BAR_MM` long, ticks every 10 mm.
+
+    Parameters: range_m: from how far a phone films the badge, m, which is then written below.
+    """
     page_mm = sheet.page_mm
     x, y = bar_places(page_mm, block)
     middle_x, middle_y = page_mm[0] / 2, page_mm[1] / 2
@@ -262,4 +265,6 @@ def draw_scale_bars(sheet: PdfPage, block: Rect) -> None:
     sheet.stroke(middle_x - half, y, middle_x + half, y)
     sheet.stroke(x, middle_y - half, x, middle_y + half)
     advice = f"Print at 100 % (no “fit to page”). Both bars must measure {SCALE_BAR_MM:.0f} mm."
+    if range_m is not None:
+        advice += " A phone films it from {:g} to {:g} m.".format(*range_m)
     sheet.text(middle_x, y + 6.6, advice, points=SMALL_POINTS)

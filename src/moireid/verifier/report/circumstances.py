@@ -40,7 +40,7 @@ class Circumstances:
     standing : Standing, optional
         Authority and head of the registry, or of its bundle, that was asked; None if none was.
     registry : str, optional
-        Address of the registry or bundle; None if it is not to be shown.
+        Name of the registry or bundle, without its place; None if it is not to be shown.
     looked_up : bool
         Whether `read` was searched among all holders in the registry; a large bundle's seals take too long.
     """

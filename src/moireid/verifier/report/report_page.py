@@ -131,9 +131,13 @@ def write_pages(
     *,
     overwrite: bool,
 ) -> list[Path]:
-    """Write the files of `write_report` from a report's JSON, its pictures and its signals."""
+    """Write the files of `write_report` from a report's JSON, its pictures and its signals; of the film its name alone,
+    as reports are published.
+    """
     paths = report_paths(folder)
     planned(paths, overwrite=overwrite)
+    if "path" in (film := document.get("input") or {}):
+        document = {**document, "input": film | {"path": known.film_name or Path(film["path"]).name}}
     shown = json.dumps(document, indent=1, ensure_ascii=False) + "\n"
     for path, text in zip(paths, (render_page(document, pictures, known), shown, pictures.signals), strict=True):
         write_text(path, text)

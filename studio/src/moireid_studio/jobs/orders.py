@@ -58,7 +58,7 @@ class VisitorOrder(Order):
     lens: LensLabel | None = None
     lens_thickness_mm: Annotated[float, Field(gt=0, le=20)] | None = None
     printer_dpi: Annotated[int, Field(ge=72, le=9600)] = 1200
-    paper: Literal["a4", "letter"] = "a4"
+    paper: Literal["a4", "letter", "a3"] = "a4"
     axes: Literal["x", "xy", "hex"] = "x"
     markers: Literal["squares", "frame"] = "squares"
     template: TemplateName | None = None

@@ -57,27 +57,19 @@ TEMPLATES = [
 ]
 
 
-def _formats() -> list[tuple[str, str, str]]:
-    """Each format: its value, its name, and in words its size, what it goes into, and from where it is filmed."""
+def _formats() -> list[tuple[str, str]]:
+    """Each format for a list: its value, and in words its name, size, from where it is filmed, and its holder."""
     formats = []
     for value, (name, where) in FORMAT_WORDS.items():
         form = FORMATS[value]
         size = " × ".join(f"{side:g}" for side in form.size_mm)
         near, far = form.range_m
-        formats.append((value, name, f"{size}\u00a0mm, {where}; filmed from {near:g} to {far:g}\u00a0m"))
+        formats.append((value, f"{name}: {size}\u00a0mm, filmed from {near:g} to {far:g}\u00a0m, {where}"))
     return formats
 
 
-def _short_formats() -> list[tuple[str, str]]:
-    """Each format for a list to choose from: its value, and in words its name and size."""
-    return [
-        (value, f"{name}, {FORMATS[value].size_mm[0]:g} × {FORMATS[value].size_mm[1]:g}\u00a0mm")
-        for value, (name, _) in FORMAT_WORDS.items()
-    ]
-
-
 #: For the templates of the pages; in `styles` the plain one has the value that leaves the choice to the format.
-CHOICES: dict[str, Any] = {"formats": _formats(), "short_formats": _short_formats(), "styles": TEMPLATES}
+CHOICES: dict[str, Any] = {"formats": _formats(), "styles": TEMPLATES}
 
 
 def sentences(checked: CheckedOrder, format_name: str | None = None) -> list[str]:
