@@ -10,14 +10,14 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterable
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from moireid.artwork.content import Artwork, content_of, with_lines
 from moireid.artwork.placing import Look
 from moireid.artwork.template import template_named
 from moireid.badge import Badge
 from moireid.designer.design import design_badge, filled
-from moireid.designer.formats import format_named, size_of
+from moireid.designer.formats import format_named, format_of, size_of
 from moireid.designer.order import FAMILY_BYTES, Order, random_payload
 from moireid.designer.reach import link_budgets
 from moireid.errors import DesignError, FabricationError, RegistryError, SpecError
@@ -74,6 +74,15 @@ def plan_badge(order: Order, holder_of: HolderOf | None = None) -> Package:
     drawn, note = draw(wanted, holder_of)
     badge = with_lines(drawn, order.lines)
     return plan_package(badge, order, held(badge, holder_of), (note,))
+
+
+def order_again(badge: Badge, **wish: Any) -> Order:
+    """An order for the files of a badge that was designed before.
+
+    Parameters: wish: its looks and its mount, as the fields of `Order`; looks are not in badge.json.
+    """
+    turned = not all(isinstance(grating.axis, str) for grating in badge.gratings)
+    return Order(badge.name, format=format_of(badge.outline_mm), axes="hex" if turned else "x", **wish)
 
 
 def plan_package(badge: Badge, order: Order, holder: Record | None = None, notes: Iterable[str | None] = ()) -> Package:

@@ -11,13 +11,12 @@ from moireid.api.places import Place, opened
 from moireid.artwork.columns import kept_pictures
 from moireid.badge import Badge, load_badge
 from moireid.designer import Order
-from moireid.designer.formats import format_of
 from moireid.designer.order import MountFigure
 from moireid.errors import SpecError
 from moireid.fabrication.package import PrintResult
 from moireid.fabrication.package import print_badge as print_planned
 from moireid.files import AnyPath
-from moireid.issuing import plan_badge, plan_package
+from moireid.issuing import order_again, plan_badge, plan_package
 
 
 def design(name: str, *, registry: Place = None, **wish: Any) -> Badge:
@@ -107,7 +106,7 @@ def print_badge(
     measured_scale : (float, float)
         Measured size over true size of an earlier print, along x and y.
     overwrite : bool
-        Whether older files may be replaced.
+        Whether older files may be replaced; a badge.json of another identity becomes badge-<its id>.json.
     progress : callable, optional
         Called with the name of the next file.
 
@@ -135,17 +134,8 @@ def print_badge(
     own = badge if isinstance(badge, Badge) else load_badge(badge)
     if expires is not None and registry is None:
         raise SpecError("expires is kept by a registry; give registry with it, or leave it out")
-    order = Order(
-        own.name,
-        format=format_of(own.outline_mm),
-        axes="x" if all(isinstance(grating.axis, str) for grating in own.gratings) else "hex",
-        template=template,
-        logo=logo,
-        portrait=portrait,
-        colour=colour,
-        mount=mount,
-        mount_mm=mount_mm or {},
-    )
+    looks = {"template": template, "logo": logo, "portrait": portrait, "colour": colour}
+    order = order_again(own, mount=mount, mount_mm=mount_mm or {}, **looks)
     package = plan_package(own, order)
     for note in package.notes:
         warnings.warn(note, stacklevel=2)
@@ -157,7 +147,7 @@ def print_badge(
             parts=package.parts,
             measured_scale=measured_scale,
             overwrite=overwrite,
-            kept=[*order.files, *kept_pictures([package.badge]), *([] if isinstance(badge, Badge) else [badge])],
+            kept=[*order.files, *kept_pictures([package.badge])],
             before_moving=None if held is None else lambda: held.enroll(own, expires=expires),
             progress=progress,
         )

@@ -21,6 +21,7 @@ from moireid.errors import MoireIdError, SpecError
 from moireid.names import JOINERS
 
 if TYPE_CHECKING:
+    from moireid.fabrication import PrintResult
     from moireid.provenance import Standing
 
 
@@ -251,13 +252,15 @@ def counted(count: int, thing: str) -> str:
     return f"{count} {thing}" if count == 1 else f"{count} {thing}s"
 
 
-def report_mount(left_out: dict[str, str], removed: Iterable[Path]) -> None:
-    """Say on stderr which of the two mounts was not made and why, and which old files were removed."""
+def report_mount(made: PrintResult) -> None:
+    """Say on stderr which of the two mounts was not made and why, and what became of files of before."""
     names = {"printed": "3D-printed mount", "acrylic": "acrylic stack"}
-    for shop, why in left_out.items():
+    for shop, why in made.left_out.items():
         say(f"note: no {names[shop]} was made: {why}")
-    for path in removed:
+    for path in made.removed:
         say(f"note: {path} was removed, as it belonged to the badge that was here before")
+    for old, new in made.moved_aside.items():
+        say(f"note: {old} was of another badge, and is now {new}")
 
 
 def shown_rows(rows: Iterable[tuple[str, str]]) -> str:

@@ -74,7 +74,7 @@ def print_people(
                 processes=os.cpu_count() or 1,
                 **how,
             )
-    report_mount(event.left_out, event.removed)
+    report_mount(event)
     people = [
         {"name": badge.name, "line": line_of(badge.print), "id": badge.id, "folder": str(place)}
         for badge, place in zip(badges, event.folders, strict=True)
