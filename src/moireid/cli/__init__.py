@@ -3,7 +3,6 @@
 streams.py       standard streams that are closed
 main.py          the group `moireid`, which other distributions add commands to, and `print-your-badge`
 common.py        exit codes, errors, JSON, progress
-removed.py       commands and options that are gone, and what to use instead
 sealed_reader.py the process in which films are read, and the option --unsealed
 printing/        print-your-badge, moireid print; for one person or for many
 issue_notes.py   notes to the issuer about identities and names

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, NoReturn
 import click
 
 from moireid.cli.common import BAD_INPUT
-from moireid.cli.removed import REMOVED, Removed, removed_option
 from moireid.cli.streams import open_closed_streams
 from moireid.extras import install_command
 from moireid.version import __version__
@@ -65,7 +64,7 @@ class Sections(click.Group):
     def get_command(self, context: click.Context, name: str) -> click.Command | None:
         """Find a command by its name.
 
-        Raises: MissingDistribution where its distribution is not installed; Removed if the command is gone.
+        Raises: MissingDistribution where its distribution is not installed.
         """
         if name in OF_LAB and isinstance(lab := self.get_command(context, "lab"), click.Group):
             return lab.get_command(context, name)
@@ -78,16 +77,19 @@ class Sections(click.Group):
             return found
         if name in ELSEWHERE:
             raise MissingDistribution(name, ELSEWHERE[name])
-        if name in REMOVED:
-            raise Removed(name)
         return None
 
-    def invoke(self, context: click.Context) -> object:
-        """Run a command.  Raises: Removed if it is given an option that is gone."""
+    def resolve_command(
+        self, context: click.Context, words: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Find the command that is typed.  Raises: UsageError, with the nearest one, where there is none."""
         try:
-            return super().invoke(context)
-        except click.NoSuchOption as error:
-            raise removed_option(error) or error from error
+            return super().resolve_command(context, words)
+        except click.UsageError as error:
+            from moireid.user_settings import nearest
+
+            near = nearest(words[0], [*OWN, *ELSEWHERE, *OF_LAB])
+            raise click.UsageError(f"no command is called {words[0][:40]!r}{near}.", context) from error
 
     def format_commands(self, context: click.Context, formatter: click.HelpFormatter) -> None:
         """Write one table for each section, and what to install for commands that are not there."""
