@@ -140,7 +140,7 @@ def draw(order: Order, holder_of: HolderOf | None, taken: Collection[str] = ()) 
             return long, None
         note = (
             f"a board of this size does not carry {8 * sizes[1]} bits over this range, so one of {8 * sizes[0]} bits "
-            "was drawn; a registry (--registry) makes sure that no one else holds it"
+            "was drawn; a registry (registry) makes sure that no one else holds it"
         )
     for _ in range(DRAWS):
         payload = random_payload(sizes[0])
@@ -192,8 +192,8 @@ def choose_parts(badge: Badge, order: Order) -> tuple[Parts, str | None]:
     # Without a mount, an adhesive holds page and sheet together.
     if kind == "none" and any(not name.startswith("adhesive_mm") for name in order.mount_mm):
         raise SpecError(
-            "--mount-figure is a figure of a mount; give --mount lanyard, clip, stand or holder with it, or leave "
-            "it out (adhesive_mm alone goes without a mount)"
+            "mount_mm= is of a mount; give mount=lanyard, clip, stand or holder with it, or leave it out (adhesive_mm "
+            "alone goes without a mount)"
         )
     if kind in ("holder", "none") or form in (None, "board") or "printed" in figures.insisted:
         return plan_parts(badge, kind, figures), None

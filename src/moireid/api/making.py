@@ -5,20 +5,24 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
+from dataclasses import fields
 from typing import Any
 
 from moireid.api.places import Place, opened
+from moireid.arguments import checked
 from moireid.artwork.columns import kept_pictures
 from moireid.badge import Badge, load_badge
 from moireid.designer import Order
-from moireid.designer.order import MountFigure
+from moireid.designer.order import MAX_SCALE_OFF, MountFigure
 from moireid.errors import SpecError
 from moireid.fabrication.package import PrintResult
 from moireid.fabrication.package import print_badge as print_planned
 from moireid.files import AnyPath
 from moireid.issuing import order_again, plan_badge, plan_package
+from moireid.user_settings import nearest
 
 
+@checked()
 def design(name: str, *, registry: Place = None, **wish: Any) -> Badge:
     """Design a badge; nothing is written.
 
@@ -56,15 +60,20 @@ def design(name: str, *, registry: Place = None, **wish: Any) -> Badge:
     Convention: lengths in mm of the page, distances in m.
     Source: `moireid.issuing.plan_badge`, as the command uses it.
     """
+    known = [one.name for one in fields(Order)]
+    for what in wish:
+        if what not in known:
+            raise SpecError(f"an order has no field {what}{nearest(what, known)}; help(moireid.Order) lists them")
     order = Order(name, **{"mount": "none"} | wish)
     with ExitStack() as stack:
         held = None if registry is None else stack.enter_context(opened(registry))
         package = plan_badge(order, held.by_id if held is not None else None)
     for note in package.notes:
-        warnings.warn(note, stacklevel=2)
+        warnings.warn(note, stacklevel=3)
     return package.badge
 
 
+@checked(measured_scale=(1 - MAX_SCALE_OFF, 1 + MAX_SCALE_OFF))
 def print_badge(
     badge: Badge | AnyPath,
     folder: AnyPath,
@@ -138,7 +147,7 @@ def print_badge(
     order = order_again(own, mount=mount, mount_mm=mount_mm or {}, **looks)
     package = plan_package(own, order)
     for note in package.notes:
-        warnings.warn(note, stacklevel=2)
+        warnings.warn(note, stacklevel=3)
     with ExitStack() as stack:
         held = None if registry is None else stack.enter_context(opened(registry))
         return print_planned(

@@ -6,6 +6,7 @@ import functools
 import json
 import math
 import os
+import re
 import signal
 import sys
 import threading
@@ -241,10 +242,25 @@ def show_json(document: dict[str, Any]) -> None:
 def say(message: str) -> None:
     """Print a message for people, one line, on stderr; where that cannot be written, the answer counts all the same."""
     try:
-        click.echo(shown(message), err=True)
+        click.echo(shown(in_options(message)), err=True)
     except OSError:
         # Python flushes it at exit, and would change the exit code where that fails.
         sys.stderr = open(os.devnull, "w")  # noqa: SIM115
+
+
+def in_options(sentence: str) -> str:
+    """A sentence of the library with the options of the command that runs.
+
+    The library names parameters, as `overwrite=True`, `range_m=` or `(size_mm)`; their options are not always alike.
+    """
+    context = click.get_current_context(silent=True)
+    for param in context.command.params if context else ():
+        if isinstance(param, click.Option):
+            option = param.opts[0]
+            name = f"(?:{param.name}|{option.strip('-').replace('-', '_')})"
+            sentence = re.sub(rf"\b{name}=(True\b|(?=[ ,;]|$))|(?<=\(){name}(?=\))", option, sentence)
+            sentence = re.sub(rf"\b{name}=(?=\S)", f"{option} ", sentence)
+    return sentence
 
 
 def counted(count: int, thing: str) -> str:

@@ -14,6 +14,7 @@ from moireid.cli.common import (
     echo_lines,
     expires_option,
     friendly,
+    in_options,
     json_option,
     overwrite_option,
     report_mount,
@@ -76,7 +77,7 @@ def print_command(
     expires: str | None,
     overwrite: bool,
     as_json: bool,
-    mount_figures: tuple[tuple[str, Any], ...],
+    mount_mm: tuple[tuple[str, Any], ...],
     **wish: Any,
 ) -> None:
     """Make a badge for NAME, ready to print.
@@ -115,12 +116,12 @@ def print_command(
         _check_expiry(expires, registry_url)
     if wish["payload"] is not None and people_csv is not None:
         raise SpecError("--payload is for one person; give the payloads in a column of the CSV file")
-    mount_mm, badge = dict(mount_figures), None
+    badge, figures = None, dict(mount_mm)
     if again is not None:
         badge = load_badge(again)
-        order = order_again(badge, mount_mm=mount_mm, **_kept_wishes(context, wish))
+        order = order_again(badge, mount_mm=figures, **_kept_wishes(context, wish))
     else:
-        order = Order("Everybody" if name is None else name, mount_mm=mount_mm, **wish)
+        order = Order("Everybody" if name is None else name, mount_mm=figures, **wish)
     how = {"measured_scale": measured_scale, "overwrite": overwrite}
     if people_csv is None:
         document, lines, rows = print_one(order, folder, registry_url, expires, how, badge)
@@ -188,7 +189,7 @@ def print_one(
         planned(files, overwrite=how["overwrite"], make_folders=False, kept=order.files)
     with opened(registry_url) as registry:
         others = [*namesake_notes([badge], registry), *look_alike_notes([badge], registry)] if registry else []
-        notes = [*package.notes, *others]
+        notes = [in_options(note) for note in [*package.notes, *others]]
         if again is not None and order.format not in (None, "board") and not (order.template or order.files):
             notes.append("template and pictures are not in badge.json; give them again, if the badge had other ones")
         for note in notes:
@@ -214,5 +215,6 @@ def print_one(
         "issued": registry is not None,
         "notes": notes,
         **printed.to_json(),
+        "left_out": {shop: in_options(why) for shop, why in printed.left_out.items()},
     }
     return document, lines, explain(badge)

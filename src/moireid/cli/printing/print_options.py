@@ -164,7 +164,7 @@ OPTIONS = [
     ),
     click.option(
         "--mount-figure",
-        "mount_figures",
+        "mount_mm",
         type=Parsed(mount_figure),
         multiple=True,
         metavar="NAME=MM",
