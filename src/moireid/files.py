@@ -28,6 +28,38 @@ MOST_TABLE_BYTES = 64_000_000
 AnyPath = str | os.PathLike[str]
 
 
+#: How files begin that are often handed in for others, and what they are.
+_BEGINNINGS = (
+    (b"\x89PNG", "a picture (PNG)"),
+    (b"\xff\xd8\xff", "a photo (JPEG)"),
+    (b"%PDF", "a PDF"),
+    (b"PK\x03\x04", "an archive or a workbook"),
+    (b"SQLite format 3", "a database"),
+    (b"ID3", "sound (MP3)"),
+    (b"OggS", "sound (Ogg)"),
+    (b"fLaC", "sound (FLAC)"),
+    (b"{", "JSON text"),
+)
+
+
+def kind_of_file(path: AnyPath) -> str | None:
+    """What a file is that is not what was asked for, such as "a photo (JPEG)"; None where its beginning is not known.
+
+    Source: the first bytes of the formats; sound in a RIFF file and photos of phones (HEIF) name themselves at byte 8.
+    """
+    path = as_path(path)
+    if path.is_dir():
+        return "a folder"
+    try:
+        with open_regular(path) as file:
+            begin = file.read(16)
+    except OSError:
+        return None
+    if begin[8:12] in (b"WAVE", b"heic", b"heix", b"mif1"):
+        return "sound (WAV)" if begin[8:12] == b"WAVE" else "a photo (HEIF)"
+    return next((what for first, what in _BEGINNINGS if begin.startswith(first)), None)
+
+
 #: So much of a file is read at once.
 READ_BYTES = 1 << 20
 

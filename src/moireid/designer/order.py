@@ -17,7 +17,7 @@ from pathlib import Path
 from moireid.arguments import Bounds, check_values
 from moireid.errors import CodeError, SpecError
 from moireid.files import AnyPath
-from moireid.names import NAME_LIMIT, hidden_words, unprintable
+from moireid.names import NAME_LIMIT, encoded_twice, hidden_words, unprintable
 from moireid.profiles import DPI_RANGE, FORMS, PAPERS_MM, SHEET_RANGES
 
 #: The focal length, px, of the camera that a design must suffice for: 1080p with the angle of view of a phone's main
@@ -186,6 +186,8 @@ def clean_name(name: str, what: str = "name") -> str:
         raise SpecError(f"the {what} holds control, invisible or unassigned characters; give plain text")
     if (hidden := hidden_words(cleaned)) is not None:
         raise SpecError(f"the {what} {cleaned[:80]!r} {hidden}, so it passes for another; give it without them")
+    if (meant := encoded_twice(cleaned)) is not None:
+        raise SpecError(f"the {what} {cleaned[:80]!r} was encoded twice, and is probably {meant[:80]!r}; give that")
     return cleaned
 
 

@@ -39,7 +39,7 @@ from moireid.fabrication.page.canvas import PdfPage
 from moireid.fabrication.page.marks import marks
 from moireid.fabrication.page.pdf import CROP_GAP_MM, draw_board, draw_mask, draw_scale_bars
 from moireid.fabrication.process_figures import MountFigures
-from moireid.files import AnyPath, as_path, whole_file, write_text
+from moireid.files import AnyPath, as_path, whole_file
 from moireid.names import line_of
 from moireid.profiles import find_printer
 
@@ -207,7 +207,8 @@ def print_event(
             for done, _ in enumerate(people_made, start=1):
                 if progress:
                     progress(done, len(badges))
-        write_text(aside / SUMMARY, _summary(names, badges, parts))
+        # A byte order mark, by which spreadsheets know UTF-8.
+        (aside / SUMMARY).write_text(_summary(names, badges, parts), encoding="utf-8-sig", newline="")
     files_made = {name: folder / name for name in (SHEETS, SUMMARY, *parts.files)}
     folders = tuple(folder / name for name in names)
     return PrintResult(
