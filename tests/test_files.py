@@ -76,7 +76,7 @@ def test_rights_are_those_of_any_new_file(tmp_path: Path, mask: int) -> None:
 def test_plans_are_checked_one_and_all_before_anything_is_written(tmp_path: Path) -> None:
     """Catches: a check of the first output only."""
     (tmp_path / "b").write_text("mine")
-    with pytest.raises(SpecError, match=r"b exists already; add --overwrite"):
+    with pytest.raises(SpecError, match=r"b exists already; add overwrite=True"):
         planned([tmp_path / "a", tmp_path / "b"], overwrite=False)
     planned([tmp_path / "a", tmp_path / "b"], overwrite=True)
     with pytest.raises(SpecError, match="two outputs"):

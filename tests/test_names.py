@@ -6,7 +6,9 @@ import unicodedata
 
 import pytest
 
-from moireid.names import hidden_letters, hidden_words, line_fault, line_of
+from moireid.designer.order import clean_name
+from moireid.errors import SpecError
+from moireid.names import encoded_twice, hidden_letters, hidden_words, line_fault, line_of
 
 
 @pytest.mark.parametrize(
@@ -46,3 +48,19 @@ def test_lines_are_as_plain_as_names(line: object) -> None:
     """Catches: a line of somebody's file that passes for another, moves the cursor of a terminal, or fills a screen."""
     assert line_fault(line) is not None and line_of({"lines": [line, "Reporter"]}) is None
     assert line_fault("Reporter, Neues Öffentliches") is None and line_of({"lines": ["Reporter "]}) == "Reporter"
+
+
+def test_letters_that_were_encoded_twice_are_recognised() -> None:
+    """Catches: a name printed as a broken program stored it; a right name of the same signs refused."""
+    assert encoded_twice("Jos\u00c3\u00a9") == "José" and encoded_twice("Zoë".encode().decode("latin-1")) == "Zoë"
+    for name in ("José", "Ã", "Ana Sá", "Łukasz", "Nguyễn Ái", "山田", "Ada"):
+        assert encoded_twice(name) is None, name
+    with pytest.raises(SpecError, match="encoded twice, and is probably 'José'"):
+        clean_name("Jos\u00c3\u00a9")
+    assert line_fault("Jos\u00c3\u00a9") is not None
+
+
+def test_bengali_ra_may_be_joined_to_a_ya_below_it() -> None:
+    """Catches: a name refused as it is spelled; the joiner let through before other signs."""
+    assert hidden_words("\u09b0\u200d\u09cd\u09af\u09be\u09ac") is None
+    assert hidden_words("\u0995\u200d\u09cd\u09af") is not None

@@ -25,6 +25,7 @@ provenance.py    where a claim comes from                verifier/     film -> r
 question.py      what a film is checked against          scheduler.py  how a Dask scheduler is reached
 materials.py     the table of what a badge is built of
 result_cache.py  rows of figures kept in a file          reading/      films read in a sealed process
+arguments.py     what public functions are given, checked
 json_schema.py   documents held against a JSON Schema
 user_settings.py a user's folders, and the nearest word
 camera_chart.py  the chart to calibrate a camera with    registry/     who was issued which badge

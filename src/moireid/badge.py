@@ -210,9 +210,10 @@ def load_badge(path: AnyPath) -> Badge:
     """
     path = as_path(path)
     try:
-        text = read_regular(path).decode("utf-8")
+        content = read_regular(path)
+        text = content.decode(json.detect_encoding(content))
     except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "not UTF-8 text"
+        reason = error.strerror if isinstance(error, OSError) else "no Unicode text"
         raise SpecError(f"badge file {path} cannot be read ({reason}); give the path of a badge.json") from error
     return badge_from_json(text, source=str(path))
 

@@ -31,7 +31,7 @@ def check_figures(compared: CaptureComparison, badge: Badge, reason: str | None)
     if compared.refused and reason is None:
         raise RegistryError(
             f"the capture of badge {badge.id} of {badge.name!r} is refused: {compared.text}; film the badge again, or "
-            "say why these figures hold (--replace --reason TEXT)",
+            "say why these figures hold (replace= and reason=)",
             code="figures_differ",
         )
 

@@ -28,6 +28,38 @@ MOST_TABLE_BYTES = 64_000_000
 AnyPath = str | os.PathLike[str]
 
 
+#: How files begin that are often handed in for others, and what they are.
+_BEGINNINGS = (
+    (b"\x89PNG", "a picture (PNG)"),
+    (b"\xff\xd8\xff", "a photo (JPEG)"),
+    (b"%PDF", "a PDF"),
+    (b"PK\x03\x04", "an archive or a workbook"),
+    (b"SQLite format 3", "a database"),
+    (b"ID3", "sound (MP3)"),
+    (b"OggS", "sound (Ogg)"),
+    (b"fLaC", "sound (FLAC)"),
+    (b"{", "JSON text"),
+)
+
+
+def kind_of_file(path: AnyPath) -> str | None:
+    """What a file is that is not what was asked for, such as "a photo (JPEG)"; None where its beginning is not known.
+
+    Source: the first bytes of the formats; sound in a RIFF file and photos of phones (HEIF) name themselves at byte 8.
+    """
+    path = as_path(path)
+    if path.is_dir():
+        return "a folder"
+    try:
+        with open_regular(path) as file:
+            begin = file.read(16)
+    except OSError:
+        return None
+    if begin[8:12] in (b"WAVE", b"heic", b"heix", b"mif1"):
+        return "sound (WAV)" if begin[8:12] == b"WAVE" else "a photo (HEIF)"
+    return next((what for first, what in _BEGINNINGS if begin.startswith(first)), None)
+
+
 #: So much of a file is read at once.
 READ_BYTES = 1 << 20
 
@@ -36,6 +68,8 @@ def as_path(given: AnyPath) -> Path:
     """The path that a caller gave as text or as a path.  Raises: SpecError for what is neither."""
     if not isinstance(given, (str, os.PathLike)) or not isinstance(named := os.fspath(given), str):
         raise SpecError(f"{given!r:.80} is no path; give a str or a pathlib.Path")
+    if not named.strip():
+        raise SpecError("the path is empty; name a file, or a folder, such as . for the present one")
     if "\0" in named:
         raise SpecError(f"{named!r:.80} is no path, as it holds the letter 0; give the name of a file")
     return Path(named)
@@ -106,27 +140,28 @@ def planned(
         if path.exists() and any(path.samefile(one) for one in inputs):
             raise SpecError(f"{path} is a file that is read here, and would be replaced; choose another output")
         if path.exists() and not overwrite:
-            raise SpecError(f"{path} exists already; add --overwrite to replace it, or choose another output")
+            raise SpecError(f"{path} exists already; add overwrite=True to replace it, or choose another output")
     for folder in dict.fromkeys(path.parent for path in paths):
+        check_folder(folder)
         if not make_folders:
-            _could_be_made(folder)
             continue
         try:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise SpecError(f"folder {folder} cannot be made ({error.strerror}); choose another output") from error
-        if not os.access(folder, os.W_OK | os.X_OK):
-            raise SpecError(f"folder {folder} is not writable; choose another output")
 
 
-def _could_be_made(folder: Path) -> None:
-    """Raise if the nearest existing parent is not a folder or is not writable, or if the name is too long."""
+def check_folder(folder: Path) -> None:
+    """Raise SpecError where a folder is not there and cannot be made, or not without one next to the system's own."""
     try:
         above = next(step for step in (folder, *folder.absolute().parents) if step.exists())
     except OSError as error:
         raise SpecError(f"folder {folder} cannot be made ({error.strerror}); choose another output") from error
     if not above.is_dir():
         raise SpecError(f"folder {folder} cannot be made ({above} is a file); choose another output")
+    if above != folder and above == Path(above.anchor):
+        # A path that is not right; only an administrator could make it, and would not wish to.
+        raise SpecError(f"folder {folder} is not there; make it first, or choose another output")
     if not os.access(above, os.W_OK | os.X_OK):
         raise SpecError(f"folder {above} is not writable; choose another output")
 

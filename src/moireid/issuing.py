@@ -10,14 +10,14 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterable
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from moireid.artwork.content import Artwork, content_of, with_lines
 from moireid.artwork.placing import Look
 from moireid.artwork.template import template_named
 from moireid.badge import Badge
 from moireid.designer.design import design_badge, filled
-from moireid.designer.formats import format_named, size_of
+from moireid.designer.formats import format_named, format_of, size_of
 from moireid.designer.order import FAMILY_BYTES, Order, random_payload
 from moireid.designer.reach import link_budgets
 from moireid.errors import DesignError, FabricationError, RegistryError, SpecError
@@ -76,6 +76,15 @@ def plan_badge(order: Order, holder_of: HolderOf | None = None) -> Package:
     return plan_package(badge, order, held(badge, holder_of), (note,))
 
 
+def order_again(badge: Badge, **wish: Any) -> Order:
+    """An order for the files of a badge that was designed before.
+
+    Parameters: wish: its looks and its mount, as the fields of `Order`; looks are not in badge.json.
+    """
+    turned = not all(isinstance(grating.axis, str) for grating in badge.gratings)
+    return Order(badge.name, format=format_of(badge.outline_mm), axes="hex" if turned else "x", **wish)
+
+
 def plan_package(badge: Badge, order: Order, holder: Record | None = None, notes: Iterable[str | None] = ()) -> Package:
     """A badge with the looks and the mount of an order; looks that it has stay where the order names none.
 
@@ -131,7 +140,7 @@ def draw(order: Order, holder_of: HolderOf | None, taken: Collection[str] = ()) 
             return long, None
         note = (
             f"a board of this size does not carry {8 * sizes[1]} bits over this range, so one of {8 * sizes[0]} bits "
-            "was drawn; a registry (--registry) makes sure that no one else holds it"
+            "was drawn; a registry (registry) makes sure that no one else holds it"
         )
     for _ in range(DRAWS):
         payload = random_payload(sizes[0])
@@ -183,8 +192,8 @@ def choose_parts(badge: Badge, order: Order) -> tuple[Parts, str | None]:
     # Without a mount, an adhesive holds page and sheet together.
     if kind == "none" and any(not name.startswith("adhesive_mm") for name in order.mount_mm):
         raise SpecError(
-            "--mount-figure is a figure of a mount; give --mount lanyard, clip, stand or holder with it, or leave "
-            "it out (adhesive_mm alone goes without a mount)"
+            "mount_mm= is of a mount; give mount=lanyard, clip, stand or holder with it, or leave it out (adhesive_mm "
+            "alone goes without a mount)"
         )
     if kind in ("holder", "none") or form in (None, "board") or "printed" in figures.insisted:
         return plan_parts(badge, kind, figures), None

@@ -75,6 +75,21 @@ def unprintable(text: str) -> bool:
     )
 
 
+def encoded_twice(text: str) -> str | None:
+    """What a text was before its UTF-8 was read as Windows-1252 ("JosÃ©" for "José"); None where it is itself.
+
+    No name is spelled so: each letter beyond ASCII would have to be followed by the signs that UTF-8 continues with.
+    """
+    if text.isascii():
+        return None
+    for encoding in ("cp1252", "latin-1"):
+        try:
+            return text.encode(encoding).decode("utf-8")
+        except UnicodeError:
+            continue
+    return None
+
+
 def line_fault(line: object) -> str | None:
     """Why something cannot be printed below a name, as a part of a sentence; None where it can."""
     if not isinstance(line, str):
@@ -83,6 +98,8 @@ def line_fault(line: object) -> str | None:
         return f"has {len(line)} characters, at most {NAME_LIMIT} fit"
     if line.strip() and unprintable(line.strip()):
         return "holds control, invisible or unassigned characters"
+    if (meant := encoded_twice(line)) is not None:
+        return f"was encoded twice, and is probably {meant[:40]!r}"
     return hidden_words(line)
 
 
@@ -106,6 +123,9 @@ def _joins(name: str, place: int) -> bool:
     """Whether a joiner is at a place where it changes how letters or picture letters are drawn."""
     import idna
 
+    if name[place - 1 : place + 2] == "\u09b0\u200d\u09cd":
+        # Bengali ra with the form of ya below it (Unicode Standard, 12.2, Ya-phalaa).
+        return True
     pictures = name[:place].rstrip(LOOKS)[-1:], name[place + 1 : place + 2]
     if name[place] == "\u200d" and all(one and unicodedata.category(one) in ("So", "Sk") for one in pictures):
         return True

@@ -80,7 +80,7 @@ def plan_people(
             continue
         person = PersonRow(number, cells["name"], cells)
         try:
-            own = replace(wanted, name=person.name, payload=cells.get("payload") or None)
+            own = replace(wanted, name=person.name, payload=cells.get("payload") or cells.get("id") or None)
             drawn, shorter = draw(own, holder_of, ids)
             badge = dressed(drawn, cells, usual, order.lines, find)
             about = (name_note(badge.name), *look_notes(badge))
@@ -107,7 +107,7 @@ def plan_people(
 
 def _unused(columns: Iterable[str], source: str) -> str | None:
     """A note on columns that nothing is printed of, each with the column that may have been meant."""
-    known = ("name", *LINE_COLUMNS, "role", "payload", *PICTURE_COLUMNS)
+    known = ("name", *LINE_COLUMNS, "role", "payload", "id", *PICTURE_COLUMNS)
     unused = [f"{column[:40]!r}{nearest(column, known)}" for column in columns if column and column not in known]
     if not unused:
         return None

@@ -137,7 +137,7 @@ def _read_profile(path: AnyPath, source: str, model: type[Profile]) -> Profile:
     """The content of a profile's file.  Raises: SpecError."""
     advice = "correct it, or give a file that moireid calibrate wrote"
     try:
-        text = read_regular(path).decode("utf-8")
+        text = read_regular(path).decode("utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         reason = error.strerror if isinstance(error, OSError) else "not UTF-8 text"
         raise SpecError(f"{source} cannot be read ({reason}); {advice}") from error

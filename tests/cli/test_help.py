@@ -73,6 +73,15 @@ def test_a_command_that_is_not_installed_names_what_to_install(
     assert command in helped.partition(f"In {distribution}, which is not installed")[2]
 
 
+@pytest.mark.parametrize(
+    ("typed", "meant"), [("verfy", "verify"), ("registy list", "registry"), ("registry lst", "list"), ("bnch", "bench")]
+)
+def test_a_mistyped_command_gets_the_nearest_one(typed: str, meant: str) -> None:
+    """Catches: 'no such command' of a group whose commands are loaded one by one, without the one that was meant."""
+    done = CliRunner().invoke(moireid, typed.split())
+    assert done.exit_code == 2 and re.search(rf"[Dd]id you mean '?{meant}", done.stderr), done.stderr
+
+
 @pytest.mark.claim("What was removed says what to use instead")
 @pytest.mark.parametrize(("words", "instead"), REMOVED.items())
 def test_what_was_removed_says_what_to_use_instead(words: str, instead: str) -> None:

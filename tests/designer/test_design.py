@@ -228,7 +228,6 @@ def asked(**wish: Any) -> Order:
         asked(size_mm=(40.0, 300.0), paper="letter"),
         asked(printer_dpi=72),
         asked(lens="75lpi", printer_dpi=300, range_m=(0.1, 4.0)),
-        asked(paper="a2"),
         asked(lens="55lpi"),
     ],
     ids=lambda r: f"{r.lens}-{r.paper}-{r.size_mm[0]:g}x{r.size_mm[1]:g}-{r.range_m[0]:g}-{r.range_m[1]:g}",

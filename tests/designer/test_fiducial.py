@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import pytest
 
 from moireid.artwork.clear import areas_of
@@ -12,7 +10,7 @@ from moireid.designer import Order, design_badge
 from moireid.designer.formats import FORMATS
 from moireid.designer.layout import MIN_LINE_PX
 from moireid.designer.reach import PHONE
-from moireid.errors import DesignError
+from moireid.errors import DesignError, SpecError
 from moireid.fabrication.page.marks import lettering_places, marker_squares
 from moireid.fiducials import LEAST_UNLIKE, least_unlike
 
@@ -52,8 +50,8 @@ def test_a_frame_is_refused_where_it_cannot_be() -> None:
     """Catches: turned fields that cross the line; a word that is silently taken for squares."""
     with pytest.raises(DesignError, match="squares"):
         design_badge(Order("Ada", lens="50lpi", markers="frame", axes="hex"), PAYLOAD)
-    with pytest.raises(DesignError, match="squares or frame"):
-        design_badge(replace(Order("Ada", lens="50lpi"), markers="none"), PAYLOAD)
+    with pytest.raises(SpecError, match="squares or frame"):
+        Order("Ada", lens="50lpi", markers="none")
 
 
 @pytest.mark.parametrize("name", ["cr80", "a7", "a6", "a5", "board"])

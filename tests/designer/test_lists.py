@@ -54,3 +54,15 @@ def test_a_row_that_does_not_fit_has_its_fault_and_the_others_are_read(data: byt
     assert [row for row, _ in listed] == [2, 3, 4]
     faults = [str(cells) for _, cells in listed if isinstance(cells, SpecError)]
     assert len(faults) == 1 and faults[0].startswith(words)
+
+
+def test_rows_that_end_in_a_carriage_return_alone_and_utf_32_are_read() -> None:
+    """Catches: a list of an old Mac taken for one row; UTF-32 read as UTF-16, with zeros between its letters."""
+    for data in (
+        b"name,line\rAda,a\rBo,b\r",
+        "name,line\nAda,a\nBo,b\n".encode("utf-32"),
+        b"sep=,\rname,line\rAda,a\rBo,b",
+    ):
+        columns, people = read_list(data)
+        assert columns == ("name", "line")
+        assert [cells for _, cells in people] == [{"name": "Ada", "line": "a"}, {"name": "Bo", "line": "b"}]

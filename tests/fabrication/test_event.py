@@ -123,7 +123,7 @@ def test_the_command_makes_folders_summary_and_records(tmp_path, monkeypatch):
     document = json.loads(outcome.stdout)
     assert [one["name"] for one in document["people"]] == ["Zoë", "Ada", "ßÄ/.."]
     assert document["people"][1]["id"] == "0f5ac3962d784be1" and document["sheets"] == 1
-    summary = list(csv.DictReader((tmp_path / "event" / "summary.csv").open(encoding="utf-8")))
+    summary = list(csv.DictReader((tmp_path / "event" / "summary.csv").open(encoding="utf-8-sig")))
     assert [row["name"] for row in summary] == ["Zoë", "Ada", "ßÄ/.."]
     with open_registry(url, create=False) as registry:
         for row in summary:

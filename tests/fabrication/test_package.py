@@ -77,6 +77,25 @@ def test_files_of_the_badge_before_do_not_stay(tmp_path: Path) -> None:
     assert all(f"{name} was removed" in outcome.stderr for name in removed)
 
 
+def test_the_same_badge_is_printed_again_and_another_one_never_destroys_it(tmp_path: Path) -> None:
+    """Catches: a page corrected in size of a new identity; the only copy of a badge replaced by that of another."""
+    ada, again = tmp_path / "ada", tmp_path / "again"
+    assert run("Ada", "--format", "a7", "--line", "Keynote", "--out", ada, "--mount", "none").exit_code == 0
+    first, page = (ada / "badge.json").read_bytes(), (ada / "badge.pdf").read_bytes()
+    scaled = run("--again", ada / "badge.json", "--measured-scale", "0.99", "--out", again, "--mount", "none")
+    assert scaled.exit_code == 0 and "template and pictures are not in badge.json" in scaled.stderr
+    assert (again / "badge.json").read_bytes() == first and (again / "badge.pdf").read_bytes() != page
+    refused = run("--again", ada / "badge.json", "--paper", "letter", "--line", "New", "--out", tmp_path / "new")
+    assert refused.exit_code == 2 and "leave --line and --paper out" in refused.stderr
+    old_id = json.loads(first)["id"]
+    # Into its own folder it is no other badge; a new one moves it aside.
+    for who, kept in ((["--again", ada / "badge.json"], set()), (["Ada"], {f"badge-{old_id}.json"})):
+        done = run(*who, "--out", ada, "--mount", "none", "--overwrite", "--json")
+        assert done.exit_code == 0 and names(ada) == SHEETS | kept, done.stderr
+    assert json.loads(done.stdout)["moved_aside"] == {str(ada / "badge.json"): str(ada / f"badge-{old_id}.json")}
+    assert (ada / f"badge-{old_id}.json").read_bytes() == first and "was of another badge" in done.stderr
+
+
 @pytest.mark.claim("Files are whole or absent: a failure changes nothing")
 def test_a_failure_changes_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Catches: old files removed before the new ones are in place; an empty folder that is left; half of the files."""

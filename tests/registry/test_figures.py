@@ -39,7 +39,7 @@ def test_figures_in_use_are_never_replaced_without_a_word(registry, ada):
     use taken for one with these."""
     head = registry.head()
     for given in ({}, {"refines": json.dumps(OTHER)}):
-        with pytest.raises(RegistryError, match=r"has measured figures since .*--replace --reason") as refused:
+        with pytest.raises(RegistryError, match=r"has measured figures since .*replace= and reason=") as refused:
             registry.store_as_built(ada.id, json.dumps(OTHER), **given)
         assert refused.value.details["code"] == "figures_known"
     for empty in ("", " ", "two\nlines"):

@@ -152,3 +152,14 @@ def test_a_claim_with_hidden_letters_is_noted(tmp_path, keys) -> None:
         Question(badge_of("Ada"), badge.id, provenance=Provenance("bundle")), Identity("unreadable", ())
     )
     assert "hidden_letters" not in {reason.code for reason in plain}
+
+
+def test_a_mistyped_claim_names_who_may_be_meant(registry):
+    """Catches: "no one named Ada" where one Ada is enrolled; a suggestion of someone unlike."""
+    registry.enroll(badge_of("Ada Lovelace"))
+    for claim in ("Ada", "lovelace", "Ada Lovelacce"):
+        with pytest.raises(RegistryError, match=r"did you mean 'Ada Lovelace'\?"):
+            registry.find(claim)
+    with pytest.raises(RegistryError) as refused:
+        registry.find("Zed")
+    assert "did you mean" not in str(refused.value)

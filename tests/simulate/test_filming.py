@@ -195,7 +195,7 @@ def test_nothing_is_overwritten_unasked(prototype, tmp_path, there):
     """Catches: a check of the film alone; a check after the work is done."""
     (tmp_path / there).write_text("mine")
     document = []
-    with pytest.raises(SpecError, match="--overwrite"):
+    with pytest.raises(SpecError, match="overwrite=True"):
         shoot(prototype, tmp_path / "a.mp4", progress=lambda done, of: document.append(done))
     assert (tmp_path / there).read_text() == "mine" and document == [] and len(list(tmp_path.iterdir())) == 1
     shoot(prototype, tmp_path / "a.mp4", overwrite=True)

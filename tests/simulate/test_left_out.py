@@ -128,7 +128,7 @@ def shoot(badge, path: Path, *, camera: Camera = SMALL, need: Need | None = None
 def test_mitsuba_refuses_an_error_that_it_cannot_meet(monkeypatch: pytest.MonkeyPatch) -> None:
     """Catches: the dearest setting taken in silence."""
     monkeypatch.setattr(mitsuba_estimate, "LADDER", ((16, 4),))
-    with pytest.raises(SpecError, match=r"estimated 0\.\d+ rad\); give a larger --error"):
+    with pytest.raises(SpecError, match=r"estimated 0\.\d+ rad\); give a larger error_rad="):
         cheapest_mitsuba(NEAR.scene, NEAR.seen_at(0.3), 1e-9)
 
 

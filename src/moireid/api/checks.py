@@ -20,6 +20,7 @@ from moireid.api.asking import (
 )
 from moireid.api.film_check import FilmCheck, judge
 from moireid.api.places import Place, warn_of
+from moireid.arguments import checked
 from moireid.badge import Badge
 from moireid.errors import SpecError
 from moireid.files import AnyPath, as_path
@@ -29,7 +30,11 @@ from moireid.reading.film_reader import film_reader
 from moireid.verifier.camera.known_camera import load_camera
 from moireid.verifier.report.report_page import Pictures
 
+#: Focal lengths of cameras, least and most, px.
+FOCAL_PX = (50, 100_000)
 
+
+@checked(cover=(0, 1))
 def verify(
     film: AnyPath,
     *,
@@ -140,6 +145,7 @@ def _claimed(
     raise SpecError("give either claim, a name or an id, or badge, a Badge or the path of its badge.json")
 
 
+@checked()
 def identify(
     film: AnyPath,
     *,
@@ -191,6 +197,8 @@ def identify(
 def _camera(camera: KnownCamera | AnyPath | float | None) -> KnownCamera | None:
     """What is known of a camera; a number is its focal length, px."""
     if isinstance(camera, int | float):
+        if not FOCAL_PX[0] <= camera <= FOCAL_PX[1]:
+            raise SpecError(f"camera={camera:g} is no focal length; give {FOCAL_PX[0]} to {FOCAL_PX[1]} px")
         return KnownCamera(camera)
     return camera if camera is None or isinstance(camera, KnownCamera) else load_camera(camera)
 

@@ -5,21 +5,24 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
+from dataclasses import fields
 from typing import Any
 
 from moireid.api.places import Place, opened
+from moireid.arguments import checked
 from moireid.artwork.columns import kept_pictures
 from moireid.badge import Badge, load_badge
 from moireid.designer import Order
-from moireid.designer.formats import format_of
-from moireid.designer.order import MountFigure
+from moireid.designer.order import MAX_SCALE_OFF, MountFigure
 from moireid.errors import SpecError
 from moireid.fabrication.package import PrintResult
 from moireid.fabrication.package import print_badge as print_planned
 from moireid.files import AnyPath
-from moireid.issuing import plan_badge, plan_package
+from moireid.issuing import order_again, plan_badge, plan_package
+from moireid.user_settings import nearest
 
 
+@checked()
 def design(name: str, *, registry: Place = None, **wish: Any) -> Badge:
     """Design a badge; nothing is written.
 
@@ -57,15 +60,20 @@ def design(name: str, *, registry: Place = None, **wish: Any) -> Badge:
     Convention: lengths in mm of the page, distances in m.
     Source: `moireid.issuing.plan_badge`, as the command uses it.
     """
+    known = [one.name for one in fields(Order)]
+    for what in wish:
+        if what not in known:
+            raise SpecError(f"an order has no field {what}{nearest(what, known)}; help(moireid.Order) lists them")
     order = Order(name, **{"mount": "none"} | wish)
     with ExitStack() as stack:
         held = None if registry is None else stack.enter_context(opened(registry))
         package = plan_badge(order, held.by_id if held is not None else None)
     for note in package.notes:
-        warnings.warn(note, stacklevel=2)
+        warnings.warn(note, stacklevel=3)
     return package.badge
 
 
+@checked(measured_scale=(1 - MAX_SCALE_OFF, 1 + MAX_SCALE_OFF))
 def print_badge(
     badge: Badge | AnyPath,
     folder: AnyPath,
@@ -107,7 +115,7 @@ def print_badge(
     measured_scale : (float, float)
         Measured size over true size of an earlier print, along x and y.
     overwrite : bool
-        Whether older files may be replaced.
+        Whether older files may be replaced; a badge.json of another identity becomes badge-<its id>.json.
     progress : callable, optional
         Called with the name of the next file.
 
@@ -135,20 +143,11 @@ def print_badge(
     own = badge if isinstance(badge, Badge) else load_badge(badge)
     if expires is not None and registry is None:
         raise SpecError("expires is kept by a registry; give registry with it, or leave it out")
-    order = Order(
-        own.name,
-        format=format_of(own.outline_mm),
-        axes="x" if all(isinstance(grating.axis, str) for grating in own.gratings) else "hex",
-        template=template,
-        logo=logo,
-        portrait=portrait,
-        colour=colour,
-        mount=mount,
-        mount_mm=mount_mm or {},
-    )
+    looks = {"template": template, "logo": logo, "portrait": portrait, "colour": colour}
+    order = order_again(own, mount=mount, mount_mm=mount_mm or {}, **looks)
     package = plan_package(own, order)
     for note in package.notes:
-        warnings.warn(note, stacklevel=2)
+        warnings.warn(note, stacklevel=3)
     with ExitStack() as stack:
         held = None if registry is None else stack.enter_context(opened(registry))
         return print_planned(
@@ -157,7 +156,7 @@ def print_badge(
             parts=package.parts,
             measured_scale=measured_scale,
             overwrite=overwrite,
-            kept=[*order.files, *kept_pictures([package.badge]), *([] if isinstance(badge, Badge) else [badge])],
+            kept=[*order.files, *kept_pictures([package.badge])],
             before_moving=None if held is None else lambda: held.enroll(own, expires=expires),
             progress=progress,
         )

@@ -65,8 +65,8 @@ def warn_of(standing: Standing) -> None:
         warnings.warn(
             f"authority {standing.fingerprint} is seen for the first time; compare it with the fingerprint that its "
             "operator states, or give that one as trust",
-            stacklevel=4,
+            stacklevel=5,
         )
     if not standing.remembered:
         text = "the registry's state cannot be remembered here, so an older one would pass; set MOIREID_SEEN"
-        warnings.warn(text, stacklevel=4)
+        warnings.warn(text, stacklevel=5)

@@ -184,9 +184,7 @@ def _rect_of(badge: Badge, place: Place, areas: dict[str, Rect], where: str) -> 
         if place.area not in areas:
             ways = ["give a template of your own more head or foot"]
             ways += (
-                ["take --markers squares, which leave room next to them"]
-                if isinstance(badge.markers, CodedFrame)
-                else []
+                ["take markers=squares, which leave room next to them"] if isinstance(badge.markers, CodedFrame) else []
             )
             ways += [f"name another area ({', '.join(areas)})"] if areas else []
             raise SpecError(f"{where}: this board has no area {place.area}; {', or '.join(ways)}")

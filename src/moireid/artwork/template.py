@@ -129,7 +129,7 @@ class BadgeTemplate:
             other = "portrait" if orientation == "landscape" else "landscape"
             raise SpecError(
                 f"template {self.name} has no [{orientation}], which this board needs; add it, or take the badge in "
-                f"{other} (--orientation {other})"
+                f"{other} (orientation={other})"
             )
         return self.sides[orientation]
 

@@ -6,6 +6,7 @@ import functools
 import json
 import math
 import os
+import re
 import signal
 import sys
 import threading
@@ -21,6 +22,7 @@ from moireid.errors import MoireIdError, SpecError
 from moireid.names import JOINERS
 
 if TYPE_CHECKING:
+    from moireid.fabrication import PrintResult
     from moireid.provenance import Standing
 
 
@@ -240,10 +242,25 @@ def show_json(document: dict[str, Any]) -> None:
 def say(message: str) -> None:
     """Print a message for people, one line, on stderr; where that cannot be written, the answer counts all the same."""
     try:
-        click.echo(shown(message), err=True)
+        click.echo(shown(in_options(message)), err=True)
     except OSError:
         # Python flushes it at exit, and would change the exit code where that fails.
         sys.stderr = open(os.devnull, "w")  # noqa: SIM115
+
+
+def in_options(sentence: str) -> str:
+    """A sentence of the library with the options of the command that runs.
+
+    The library names parameters, as `overwrite=True`, `range_m=` or `(size_mm)`; their options are not always alike.
+    """
+    context = click.get_current_context(silent=True)
+    for param in context.command.params if context else ():
+        if isinstance(param, click.Option):
+            option = param.opts[0]
+            name = f"(?:{param.name}|{option.strip('-').replace('-', '_')})"
+            sentence = re.sub(rf"\b{name}=(True\b|(?=[ ,;]|$))|(?<=\(){name}(?=\))", option, sentence)
+            sentence = re.sub(rf"\b{name}=(?=\S)", f"{option} ", sentence)
+    return sentence
 
 
 def counted(count: int, thing: str) -> str:
@@ -251,13 +268,15 @@ def counted(count: int, thing: str) -> str:
     return f"{count} {thing}" if count == 1 else f"{count} {thing}s"
 
 
-def report_mount(left_out: dict[str, str], removed: Iterable[Path]) -> None:
-    """Say on stderr which of the two mounts was not made and why, and which old files were removed."""
+def report_mount(made: PrintResult) -> None:
+    """Say on stderr which of the two mounts was not made and why, and what became of files of before."""
     names = {"printed": "3D-printed mount", "acrylic": "acrylic stack"}
-    for shop, why in left_out.items():
+    for shop, why in made.left_out.items():
         say(f"note: no {names[shop]} was made: {why}")
-    for path in removed:
+    for path in made.removed:
         say(f"note: {path} was removed, as it belonged to the badge that was here before")
+    for old, new in made.moved_aside.items():
+        say(f"note: {old} was of another badge, and is now {new}")
 
 
 def shown_rows(rows: Iterable[tuple[str, str]]) -> str:

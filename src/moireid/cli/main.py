@@ -90,6 +90,18 @@ class Sections(click.Group):
         except click.NoSuchOption as error:
             raise removed_option(error) or error from error
 
+    def resolve_command(
+        self, context: click.Context, words: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Find the command that is typed.  Raises: UsageError, with the nearest one, where there is none."""
+        try:
+            return super().resolve_command(context, words)
+        except click.UsageError as error:
+            from moireid.user_settings import nearest
+
+            near = nearest(words[0], [*OWN, *ELSEWHERE, *OF_LAB])
+            raise click.UsageError(f"no command is called {words[0][:40]!r}{near}.", context) from error
+
     def format_commands(self, context: click.Context, formatter: click.HelpFormatter) -> None:
         """Write one table for each section, and what to install for commands that are not there."""
         there = self.list_commands(context)

@@ -154,7 +154,7 @@ def filled(order: Order, payload_bytes: int | None = None) -> Order:
     size_mm = turned(form.size_mm, order.orientation)
     own = order.format is None and order.orientation is None
     if order.size_mm not in (None, size_mm) and not own:
-        raise SpecError("--size is for a badge of no format; give it without --format and --orientation")
+        raise SpecError("size_mm= is for a badge of no format; give it without format= and orientation=")
     # A mask is of any pitch.
     lens = order.lens or (MASK_LENS if own and order.front == "mask" else form.lens)
     full = replace(order, size_mm=order.size_mm or size_mm, lens=lens, range_m=order.range_m or form.range_m)
@@ -225,20 +225,16 @@ def _is_silk(order: Order, family: str) -> bool:
     if order.pattern is None:
         # Turned fields and masks are left as they were: more cells of silk were misread, and a film was inconclusive.
         return bends and order.axes != "hex" and order.front == "lens"
-    if order.pattern not in PATTERNS:
-        raise DesignError(f"the pattern {order.pattern!r} is not known; choose {' or '.join(PATTERNS)}")
     if order.pattern == "silk" and not bends:
         raise DesignError("silk bends the lines of a spacing code; take that code, or cells")
     return order.pattern == "silk"
 
 
 def _front(order: Order) -> Lens:
-    """The front layer of the order.  Raises: SpecError for one that does not exist."""
+    """The front layer of the order.  Raises: SpecError for a lens that does not exist."""
     thickness_mm, label = order.lens_thickness_mm, str(as_path(order.lens or ""))
     if order.front == "mask":
         return mask_named(label, GAP_MM if thickness_mm is None else thickness_mm)
-    if order.front != "lens":
-        raise SpecError(f"front {order.front!r} is not known; choose lens or mask")
     lens = lens_named(label)
     return lens if thickness_mm is None else sheet_of_thickness(lens, thickness_mm)
 

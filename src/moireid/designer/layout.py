@@ -62,10 +62,7 @@ def frame_and_field(order: Order, board: Rect) -> tuple[Rect, float, Rect]:
     """The frame's outer border, its line, mm, and the field within, for an order and its board.
 
     Convention: page mm.  The line is as wide as the far end of the range, or the format, asks for.
-    Raises: DesignError for markers that are not known.
     """
-    if order.markers != "frame":
-        raise DesignError(f"markers {order.markers!r} is not possible; choose squares or frame")
     assert order.range_m is not None
     (x0, y0, x1, y1), form, height = board, format_named(order.format), board[3] - board[1]
     far_mm = 1000.0 * order.range_m[1]
@@ -162,7 +159,7 @@ def three_fields(room: Room, gap_mm: float, page_mm: tuple[float, float]) -> tup
     if height < MIN_HEIGHT_MM:
         raise DesignError(
             f"three fields of {height:.1f} mm height are too small to be read, and {MIN_HEIGHT_MM:g} mm are needed; "
-            "give a larger board such as 146x160, or --axes xy"
+            "give a larger board such as 146x160, or axes=xy"
         )
     x = room.side - length / 4 - _ROOT3 / 4 * height
     y = height - room.row + _ROOT3 * (x - room.column)
@@ -206,8 +203,6 @@ class Layout:
 
 def lay_out(order: Order) -> Layout:
     """Place everything.  Raises: DesignError where the board does not fit the paper, or holds no grating."""
-    if order.paper not in PAPERS_MM:
-        raise DesignError(f"paper {order.paper!r} is not known; choose one of {', '.join(PAPERS_MM)}")
     assert order.size_mm is not None
     width, height = order.size_mm
     page_mm, board = _on_paper(order.paper, width, height)
@@ -237,7 +232,7 @@ def lay_out(order: Order) -> Layout:
         if max(order.head, order.foot) * height > least_mm:
             raise DesignError(
                 "three directions of fringes take the room that this template gives to words and pictures; take "
-                "another template, such as plain on a badge that lies, or --axes x or xy"
+                "another template, such as plain on a badge that lies, or axes=x or xy"
             )
         side, middle = (right - left) / 2, (board[1] + board[3]) / 2
         # Between the markers there is room up to the name and down to the id.
@@ -279,8 +274,6 @@ def _fields(field: Rect, order: Order) -> tuple[tuple[Axis, Rect], ...]:
     """The field as one grating, or as two halves of either axis."""
     if order.axes == "x":
         return (("x", field),)
-    if order.axes != "xy":
-        raise DesignError(f"axes {order.axes!r} is not possible; choose x, xy or hex")
     middle = (field[0] + field[2]) / 2
     left: Rect = (field[0], field[1], round(middle - GAP_MM / 2, 3), field[3])
     right: Rect = (round(middle + GAP_MM / 2, 3), field[1], field[2], field[3])

@@ -55,6 +55,8 @@ def decoded(data: bytes, source: str = "the list") -> str:
     for begin, what in WORKBOOKS.items():
         if data.startswith(begin):
             raise unreadable(source, f"it is {what}, no text; {SAVE_AS}")
+    if data.startswith((codecs.BOM_UTF32_LE, codecs.BOM_UTF32_BE)):
+        return data.decode("utf-32", errors="replace")
     if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)) or b"\0" in data[:200]:
         return _utf16(data, source)
     try:
@@ -78,9 +80,13 @@ def _rows(text: str, source: str, needed: str) -> tuple[list[list[str]], str]:
     """All rows, and the separator, found in the first line.  Raises: SpecError where it lacks the column `needed`."""
     stated = text[4] if text[:4].lower() == "sep=" and text[4:5] in SEPARATORS else None
     # Excel's own line of one separator is no row of the sheet.
-    text = text.partition("\n")[2] if stated else text
     # Not splitlines: it would split a name that contains a line separator into two people.
-    first = text.partition("\n")[0].rstrip("\r")
+    lines = io.StringIO(text, newline="")
+    if stated:
+        lines.readline()
+    start = lines.tell()
+    first = lines.readline().rstrip("\r\n")
+    lines.seek(start)
     heads = {mark: _head(first, mark) for mark in ([stated] if stated else SEPARATORS)}
     fitting = [mark for mark, head in heads.items() if needed in head]
     if not fitting:
@@ -91,7 +97,7 @@ def _rows(text: str, source: str, needed: str) -> tuple[list[list[str]], str]:
     separator = max(fitting, key=lambda mark: len(heads[mark]))
     rows: list[list[str]] = []
     try:
-        for row in csv.reader(io.StringIO(text, newline=""), delimiter=separator, strict=True):
+        for row in csv.reader(lines, delimiter=separator, strict=True):
             rows.append(row)
     except csv.Error as error:
         raise unreadable(source, f"row {len(rows) + 1}: {error}; check its quotes") from error

@@ -11,12 +11,14 @@ import math
 import secrets
 import unicodedata
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from pathlib import Path
 
+from moireid.arguments import Bounds, check_values
 from moireid.errors import CodeError, SpecError
 from moireid.files import AnyPath
-from moireid.names import NAME_LIMIT, hidden_words, unprintable
+from moireid.names import NAME_LIMIT, encoded_twice, hidden_words, unprintable
+from moireid.profiles import DPI_RANGE, FORMS, PAPERS_MM, SHEET_RANGES
 
 #: The focal length, px, of the camera that a design must suffice for: 1080p with the angle of view of a phone's main
 #: camera.
@@ -27,6 +29,22 @@ MARGIN_MM = 5.0
 GAP_MM = 1.5
 #: Printers are off by some tenths of a percent; 5 % means that the page was fitted to the paper, and must be reprinted.
 MAX_SCALE_OFF = 0.05
+#: What the fields of an order may be.
+BOUNDS: dict[str, Bounds] = {
+    "lens_thickness_mm": SHEET_RANGES[1],
+    "printer_dpi": DPI_RANGE,
+    "ink_growth_um": (-100, 150),
+    "paper": tuple(PAPERS_MM),
+    "code": ("spacing", "pitch"),
+    "axes": ("x", "xy", "hex"),
+    "form": FORMS,
+    "front": ("lens", "mask"),
+    "markers": ("squares", "frame"),
+    "pattern": ("silk", "cells"),
+    "head": (0, 1),
+    "foot": (0, 1),
+    "mount": ("lanyard", "clip", "stand", "holder", "none"),
+}
 
 
 Pair = tuple[float, float]
@@ -132,15 +150,11 @@ class Order:
     mount_mm: Mapping[str, MountFigure] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "name", clean_name(self.name))
         for what in _PAIRS:
             if (pair := getattr(self, what)) is not None:
                 object.__setattr__(self, what, _checked_pair(pair, what))
-        for one in fields(self):
-            if isinstance(value := getattr(self, one.name), float) and not math.isfinite(value):
-                raise SpecError(f"{one.name}={value} is no number; give a finite one")
-        if self.code is not None and self.code not in FAMILY_BYTES:
-            raise SpecError(f"code {self.code!r:.40} is not known; choose one of {', '.join(FAMILY_BYTES)}")
+        check_values(type(self), vars(self), BOUNDS)
+        object.__setattr__(self, "name", clean_name(self.name))
         if isinstance(self.payload, str):
             object.__setattr__(self, "payload", payload_from_hex(self.payload, family=self.code or "spacing"))
 
@@ -172,6 +186,8 @@ def clean_name(name: str, what: str = "name") -> str:
         raise SpecError(f"the {what} holds control, invisible or unassigned characters; give plain text")
     if (hidden := hidden_words(cleaned)) is not None:
         raise SpecError(f"the {what} {cleaned[:80]!r} {hidden}, so it passes for another; give it without them")
+    if (meant := encoded_twice(cleaned)) is not None:
+        raise SpecError(f"the {what} {cleaned[:80]!r} was encoded twice, and is probably {meant[:80]!r}; give that")
     return cleaned
 
 

@@ -28,17 +28,19 @@ from moireid.fabrication.assembly.guide import write_assembly_pdf
 from moireid.fabrication.mount_parts import Parts, plan_parts, shape_parts, write_parts
 from moireid.fabrication.package import (
     ASSEMBLY,
+    BADGE_JSON,
     PERSON_FILES,
     PrintResult,
     leftover_parts,
     made_aside,
+    other_badges,
     write_sheets,
 )
 from moireid.fabrication.page.canvas import PdfPage
 from moireid.fabrication.page.marks import marks
 from moireid.fabrication.page.pdf import CROP_GAP_MM, draw_board, draw_mask, draw_scale_bars
 from moireid.fabrication.process_figures import MountFigures
-from moireid.files import AnyPath, as_path, whole_file, write_text
+from moireid.files import AnyPath, as_path, whole_file
 from moireid.names import line_of
 from moireid.profiles import find_printer
 
@@ -163,7 +165,8 @@ def print_event(
     parts : Parts, optional
         The mounts as they were planned already; `mount` and `figures` then count no more.
     overwrite : bool
-        Replace older files, and remove those of a mount that this event does not have.
+        Replace older files, and remove those of a mount that this event does not have; a badge.json of another
+        identity becomes badge-<its id>.json.
     maker : str
         "command" or "studio": whose words the assembly sheets use.
     kept : sequence of str or Path
@@ -194,7 +197,8 @@ def print_event(
     names = _folders(badges)
     files = event_files(badges, parts)
     stale = leftover_parts(folder, parts, SUMMARY) if overwrite else ()
-    with made_aside(folder, files, stale, overwrite=overwrite, kept=kept, before_moving=before_moving) as aside:
+    spared = other_badges({folder / name / BADGE_JSON: badge for name, badge in zip(names, badges, strict=True)})
+    with made_aside(folder, files, stale, spared, overwrite=overwrite, kept=kept, before_moving=before_moving) as aside:
         # The mount is the same for all, and so is how it is built.
         solids = shape_parts(badges[0], parts)
         work = partial(_write_person, measured_scale=measured_scale)
@@ -208,10 +212,13 @@ def print_event(
             for done, _ in enumerate(people_made, start=1):
                 if progress:
                     progress(done, len(badges))
-        write_text(aside / SUMMARY, _summary(names, badges, parts))
+        # A byte order mark, by which spreadsheets know UTF-8.
+        (aside / SUMMARY).write_text(_summary(names, badges, parts), encoding="utf-8-sig", newline="")
     files_made = {name: folder / name for name in (SHEETS, ASSEMBLY, SUMMARY, *parts.files)}
     folders = tuple(folder / name for name in names)
-    return PrintResult(files_made, mass_g, mount_figures, parts.left_out, stale, folders, sheet_count, to_a_sheet)
+    return PrintResult(
+        files_made, mass_g, mount_figures, parts.left_out, stale, spared, folders, sheet_count, to_a_sheet
+    )
 
 
 def event_files(badges: Sequence[Badge], parts: Parts) -> list[str]:

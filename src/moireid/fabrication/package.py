@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import json
+import shutil
 import tempfile
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from moireid.badge import Badge
+from moireid.badge import Badge, load_badge
 from moireid.dots import on_dots
+from moireid.errors import SpecError
 from moireid.fabrication.assembly.assembly_words import BuildPlan, Maker
 from moireid.fabrication.assembly.guide import write_assembly_pdf
 from moireid.fabrication.mount_parts import PART_FILES, Parts, plan_parts, shape_parts, write_parts
@@ -26,6 +28,7 @@ if TYPE_CHECKING:
 
 #: The moving preview.
 MOVING = "preview.webp"
+BADGE_JSON = "badge.json"
 _SHEETS, ASSEMBLY = ("badge.pdf", "preview.png", MOVING), "assembly.pdf"
 
 
@@ -45,6 +48,8 @@ class PrintResult:
         Why "printed" or "acrylic" was not made, though a mount was asked for.
     removed : tuple of Path
         Files of an older badge's mount that this badge does not have.
+    moved_aside : dict of Path to Path
+        Where a badge.json of another identity was, and where it is now.
     folders : tuple of Path
         Of an event: one for each person, in the order of the badges.
     sheets, boards_to_a_sheet : int
@@ -56,6 +61,7 @@ class PrintResult:
     mount_figures: dict[str, float]
     left_out: dict[str, str]
     removed: tuple[Path, ...]
+    moved_aside: dict[Path, Path]
     folders: tuple[Path, ...] = ()
     sheets: int = 0
     boards_to_a_sheet: int = 0
@@ -68,6 +74,7 @@ class PrintResult:
             "mount_figures": self.mount_figures,
             "left_out": self.left_out,
             "removed": [str(path) for path in self.removed],
+            "moved_aside": {str(old): str(new) for old, new in self.moved_aside.items()},
         }
 
 
@@ -102,7 +109,8 @@ def print_badge(
     parts : Parts, optional
         The mounts as they were planned already; `mount` and `figures` then count no more.
     overwrite : bool
-        Replace older files, and remove those of a mount that this badge does not have.
+        Replace older files, and remove those of a mount that this badge does not have; a badge.json of another
+        identity becomes badge-<its id>.json.
     maker : str
         "command" or "studio": whose words the assembly sheet uses.
     kept : sequence of str or Path
@@ -134,16 +142,17 @@ def print_badge(
     folder = as_path(folder)
     parts = parts or plan_parts(badge, mount, figures)
     names, say = file_names(parts), progress or (lambda name: None)
-    stale = leftover_parts(folder, parts, "badge.json") if overwrite else ()
+    stale = leftover_parts(folder, parts, BADGE_JSON) if overwrite else ()
+    spared = other_badges({folder / BADGE_JSON: badge})
     # badge.json goes last, so that where it exists all other files exist too.
-    with made_aside(folder, names, stale, overwrite=overwrite, kept=kept, before_moving=before_moving) as aside:
+    with made_aside(folder, names, stale, spared, overwrite=overwrite, kept=kept, before_moving=before_moving) as aside:
         solids = shape_parts(badge, parts)
         picture = write_sheets(badge, aside, measured_scale=measured_scale, say=say)
         say(ASSEMBLY)
         build = BuildPlan(badge, parts.printed, parts.acrylic, parts.figures, maker, parts.mount_plan)
         write_assembly_pdf(build, aside / ASSEMBLY, solids.drawn)
         mass_g, mount_figures = write_parts(badge, parts, aside, say, solids, picture)
-    return PrintResult({name: folder / name for name in names}, mass_g, mount_figures, parts.left_out, stale)
+    return PrintResult({name: folder / name for name in names}, mass_g, mount_figures, parts.left_out, stale, spared)
 
 
 @contextmanager
@@ -151,6 +160,7 @@ def made_aside(
     folder: Path,
     names: Sequence[str],
     stale: Sequence[Path],
+    spared: Mapping[Path, Path],
     *,
     overwrite: bool,
     kept: Sequence[AnyPath],
@@ -164,6 +174,8 @@ def made_aside(
         The files below the folder, in the order in which they are moved.
     stale : sequence of Path
         Older files that are then removed.
+    spared : mapping of Path to Path
+        Older files whose content is kept under another name.
     overwrite, kept, before_moving
         As for `print_badge`.
 
@@ -181,7 +193,10 @@ def made_aside(
             planned(paths, overwrite=overwrite, kept=kept)
             if before_moving:
                 before_moving()
-            move_together([(Path(aside) / name, folder / name) for name in names], stale)
+            copies = [(Path(aside) / f"spared-{number}", new) for number, new in enumerate(spared.values())]
+            for old, (copy, _) in zip(spared, copies, strict=True):
+                shutil.copy2(old, copy)
+            move_together([*copies, *((Path(aside) / name, folder / name) for name in names)], stale)
 
 
 def write_sheets(
@@ -194,7 +209,7 @@ def write_sheets(
     preview = write_preview(badge, folder / "preview.png")
     say(MOVING)
     write_worn(badge, folder / MOVING, preview)
-    write_text(folder / "badge.json", badge_file(badge))
+    write_text(folder / BADGE_JSON, badge_file(badge))
     return preview
 
 
@@ -209,6 +224,20 @@ def leftover_parts(folder: Path, parts: Parts, owner_file: str) -> tuple[Path, .
     return tuple(path for path in found if path.name not in parts.files)
 
 
+def other_badges(badges: Mapping[Path, Badge]) -> dict[Path, Path]:
+    """The badge.json of other identities at the paths of new ones, each with the name that keeps it.
+
+    It is the only copy of a badge that may have been built, so `overwrite` does not destroy it.
+    """
+    found = {}
+    for path, badge in badges.items():
+        with suppress(SpecError):
+            older = load_badge(path).id
+            if older is not None and older != badge.id:
+                found[path] = path.with_name(f"badge-{older}.json")
+    return found
+
+
 def badge_file(badge: Badge) -> str:
     """The text of badge.json: the badge, and each cell's figures after rounding to the printer's dots.
 
@@ -221,8 +250,8 @@ def badge_file(badge: Badge) -> str:
 
 def file_names(parts: Parts) -> list[str]:
     """Names of the files of a badge's folder; badge.json is the last."""
-    return [*_SHEETS, ASSEMBLY, *parts.files, "badge.json"]
+    return [*_SHEETS, ASSEMBLY, *parts.files, BADGE_JSON]
 
 
 #: Files of each person's folder in an event.
-PERSON_FILES = (*_SHEETS, "badge.json")
+PERSON_FILES = (*_SHEETS, BADGE_JSON)

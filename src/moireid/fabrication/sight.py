@@ -51,7 +51,7 @@ def front_mm(badge: Badge, film_mm: float) -> float:
 
 def front_word(badge: Badge) -> str:
     """The word for what lies on the card, with the option that chooses it, for messages."""
-    return "spacer (--lens-thickness)" if badge.lens.kind == "mask" else "lens sheet (--lens)"
+    return "spacer (lens_thickness_mm)" if badge.lens.kind == "mask" else "lens sheet (lens)"
 
 
 def in_frame(rect: Rect, badge: Badge) -> Rect:

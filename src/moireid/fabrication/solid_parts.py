@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from moireid.arguments import checked
 from moireid.badge import Badge, Point, Rect
 from moireid.errors import FabricationError
 from moireid.fabrication.part_colours import kind_of, linear_colour
@@ -63,6 +64,7 @@ class SolidPart:
         return solid_of(self.mesh)
 
 
+@checked()
 def mount_solids(badge: Badge, mount: str = "lanyard", figures: MountFigures | None = None) -> dict[str, Any]:
     """Make the parts of a mount, with page and lens sheets, as `print_badge` writes them to files.
 

@@ -323,7 +323,7 @@ def check_walls(solid: Any, levels_mm: list[float], least_mm: float, name: str) 
         if (lost := (section - kept).area()) > TIP_MM2:
             raise FabricationError(
                 f"the mount's {name} has walls thinner than {least_mm:g} mm at z = {level:.2f} mm ({lost:.2f} mm² of "
-                "them), which no printer fills; give a larger wall_mm or a smaller lip_reach_mm (--mount-figure)",
+                "them), which no printer fills; give a larger wall_mm or a smaller lip_reach_mm (mount_mm)",
                 lost_mm2=lost,
             )
 

@@ -13,6 +13,7 @@ from typing import Any
 
 from moireid.badge import Badge
 from moireid.errors import MediaError
+from moireid.files import kind_of_file
 from moireid.question import KnownCamera, Question
 from moireid.reading.answers import FilmAnswer, answer_to, checked, checked_identification, checked_report, malformed
 from moireid.reading.film_orders import Progress, identify_film, judge_film, published_method
@@ -73,6 +74,9 @@ def identified_film(
 
 def _digest(film: Path) -> str:
     """SHA-256 of a film, by this process, as an attacker may control the other one."""
+    if (kind := kind_of_file(film)) is not None:
+        hint = "; a photo shows no motion" if "photo" in kind or "picture" in kind else ""
+        raise MediaError(f"{film} is {kind}, and no film{hint}; give one that a video player can play, such as an .mp4")
     try:
         return OpenedFile(film).sha256()
     except OSError as error:

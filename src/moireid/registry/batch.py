@@ -46,7 +46,7 @@ def same_or_conflict(record: Record, holder: Record) -> Record:
             now = f"expires on {holder.expires}" if holder.expires else "has no day of expiry"
             raise RegistryError(
                 f"badge {record.id} of {holder.name!r} was issued on {holder.issued_at} and {now}, which stays; print "
-                "another badge for another day, or leave --expires out",
+                "another badge for another day, or leave expires= out",
                 id=record.id,
                 expires=holder.expires,
             )
@@ -54,7 +54,7 @@ def same_or_conflict(record: Record, holder: Record) -> Record:
     other = "with another badge " if holder.name == record.name else ""
     raise RegistryError(
         f"id {record.id} is issued already to {holder.name!r} {other}({holder.issued_at}), so {record.name!r} "
-        "cannot have this badge; print one with another --payload",
+        "cannot have this badge; print one with another payload=",
         id=record.id,
         holder=holder.name,
         issued_at=holder.issued_at,

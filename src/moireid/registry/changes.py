@@ -282,7 +282,7 @@ class RegistryChanges(RegistryQueries):
             if name == self.actor:
                 raise RegistryError(
                     f"{name!r} would erase themself, and the entry of that would name them again; let somebody else "
-                    "do it (--actor)"
+                    "do it (actor)"
                 )
             transaction.connection.execute(delete(actors).where(actors.c.commitment == who))
             transaction.log(ERASE_ACTOR, who)
@@ -320,7 +320,7 @@ def _check_replaces(record: Record, reason: str | None, refines: str | None) -> 
     if reason is None and refines != record.as_built:
         raise RegistryError(
             f"badge {record.id} of {record.name!r} has measured figures since {record.as_built_at}, which stay in use; "
-            "others take their place only for a reason (--replace --reason TEXT)",
+            "others take their place only for a reason (replace= and reason=)",
             code="figures_known",
             as_built_at=record.as_built_at,
         )

@@ -7,6 +7,7 @@ Reporter; if both exist, the claim is refused.  It is also refused if the line l
 
 from __future__ import annotations
 
+import difflib
 import json
 import unicodedata
 from collections.abc import Callable
@@ -23,6 +24,8 @@ from moireid.registry.schema import badges, select_records
 
 #: More matches than this are counted, not listed, in a message.
 LISTED = 10
+#: So many near names are suggested, found among so many records.
+NEAR, MOST_COMPARED = 3, 2000
 
 
 def find_row(claim: str, rows: Callable[[AnySelect], list[AnyRow]], shown: str) -> AnyRow:
@@ -44,8 +47,10 @@ def find_row(claim: str, rows: Callable[[AnySelect], list[AnyRow]], shown: str) 
             if row.name_nfc == name or row.id == as_id(claim) or (row.name_nfc, row_line(row)) in pairs
         ]
     if not matches:
+        near = _near(name, rows) if storable(name) else ""
         raise RegistryError(
-            f"no one named {name[:80]!r} and no such id is in registry {shown}; `moireid registry list` shows who is",
+            f"no one named {name[:80]!r} and no such id is in registry {shown}{near}; `moireid registry list` shows "
+            "who is",
             claim=claim,
             ids=[],
         )
@@ -53,6 +58,17 @@ def find_row(claim: str, rows: Callable[[AnySelect], list[AnyRow]], shown: str) 
         raise _ambiguous(claim, name, matches)
     _check_line(claim, matches[0], found)
     return matches[0]
+
+
+def _near(name: str, rows: Callable[[AnySelect], list[AnyRow]]) -> str:
+    """Names like this one, or that hold it, for a person who mistyped; empty where there are none or too many."""
+    held = rows(select_records().order_by(badges.c.id).limit(MOST_COMPARED))
+    by_fold = {row.name_nfc.casefold(): row.name_nfc for row in held}
+    folded = name.casefold()
+    near = (
+        difflib.get_close_matches(folded, by_fold, n=NEAR) or [one for one in by_fold if folded in one.split()][:NEAR]
+    )
+    return f" (did you mean {' or '.join(repr(by_fold[one][:40]) for one in near)}?)" if near else ""
 
 
 def chosen_line(claim: str, name: str, badge_id: str, line: str | None) -> str | None:

@@ -46,7 +46,7 @@ def default_url() -> str:
     if chosen := os.environ.get("MOIREID_REGISTRY"):
         return chosen
     if (folder := data_folder()) is None:
-        raise RegistryError("this user has no home folder for a registry; give --registry, or set MOIREID_REGISTRY")
+        raise RegistryError("this user has no home folder for a registry; give registry=, or set MOIREID_REGISTRY")
     return URL.create("sqlite", database=str(folder / "registry.sqlite3")).render_as_string(hide_password=False)
 
 

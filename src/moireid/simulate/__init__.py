@@ -19,7 +19,7 @@ compiled.py    numba's compiler, with types
 left_out.py    what a film does not show, and the time saved by that
 shots.py       the camera's pictures, one by one, with their effects
 filming.py     the whole film: frames, file and truth
-film_badge.py  a film by the names of the command's options
+film_badge.py  a film by names
 """
 
 import sys

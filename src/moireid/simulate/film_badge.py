@@ -1,9 +1,10 @@
-"""A film of a badge by the names of the command's options: `mo.simulate`."""
+"""A film of a badge by names: `mo.simulate`."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
+from moireid.arguments import checked
 from moireid.badge import Badge, load_badge
 from moireid.errors import SpecError
 from moireid.files import AnyPath, as_path
@@ -18,6 +19,14 @@ from moireid.simulate.scene import Need, Scene
 from moireid.simulate.settings.wearing import load_print
 
 
+@checked(
+    distance_m=(0.1, 100),
+    frames=(2, 1_000_000),
+    fps=(1, 1000),
+    leave_out=PARTS,
+    error_rad=(1e-6, 1),
+    seed=(0, 2**31 - 1),
+)
 def simulate(
     badge: Badge | AnyPath,
     video: AnyPath,
@@ -111,8 +120,6 @@ def simulate(
     wished = dict(read_flaw(text) for text in flaws)
     if light and wished.get("glare"):
         raise SpecError(f"light {light} and the lamp of flaw glare are two lights; leave one of them out")
-    if strange := [part for part in leave_out if part not in PARTS]:
-        raise SpecError(f"{strange[0]!r} cannot be left out of a film; choose one of {', '.join(PARTS)}")
     seen = Scene(
         badge if isinstance(badge, Badge) else load_badge(badge),
         flawed(build_named(build, seed), wished),

@@ -28,21 +28,22 @@ def problem_responses(*statuses: int) -> dict[int | str, dict[str, Any]]:
     return {status: {"model": Problem} for status in statuses}
 
 
-#: What the library says for the command line, as the fields of the pages say it; the first that fits counts.
+#: What the library says for programs, as the fields of the pages say it; the first that fits counts.
 PLAIN = (
-    (r"printed \(--mount holder\)", "printed as a snap-in holder"),
-    (r" \(--[a-z-]+( [a-z]+)?\)", ""),
-    (r"take --markers squares", "take squares as markers"),
-    (r"--axes x or xy", "fringes that sense motion sideways, or sideways and up and down"),
-    (r"--axes xy", "fringes that sense motion sideways and up and down"),
+    (r" \((lens|lens_thickness_mm|mount|mount_mm|registry|size_mm)\)| \(orientation=[a-z]+\)", ""),
+    (r"markers=squares", "squares as markers"),
+    (r"axes=x or xy", "fringes that sense motion sideways, or sideways and up and down"),
+    (r"axes=xy", "fringes that sense motion sideways and up and down"),
     (r"run the command again", "issue the badges again"),
-    (r"--(axes|colour|format|front|lens|line|logo|markers|mount)\b", r"\1"),
-    (r"--(orientation|portrait|range|size|template|typeface)\b", r"\1"),
+    (
+        r"\b(axes|colour|format|front|lens|lines|logo|markers|mount|orientation|portrait|template)=",
+        r"\1 ",
+    ),
 )
 
 
 def plain(sentence: str) -> str:
-    """A sentence of the library without the words of the command line."""
+    """A sentence of the library without the words of programs."""
     for pattern, words in PLAIN:
         sentence = re.sub(pattern, words, sentence)
     return sentence

@@ -203,7 +203,7 @@ def test_an_event_is_understood_row_by_row_and_issued_as_one_archive(visit: Visi
     assert all(re.fullmatch(r"event/([a-z0-9-]+/)?[a-z]+\.(pdf|png|webp|json|csv)", name) for name in files), list(
         files
     )
-    rows = list(csv.DictReader(io.StringIO(files["event/summary.csv"].decode())))
+    rows = list(csv.DictReader(io.StringIO(files["event/summary.csv"].decode("utf-8-sig"))))
     assert [row["name"] for row in rows] == HOSTILE[:5]
     for row in rows:
         record = visit.studio.registry.by_id(row["id"])

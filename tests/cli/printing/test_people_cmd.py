@@ -61,11 +61,26 @@ def test_unknown_columns_are_named_with_the_nearest_known_one(tmp_path: Path) ->
 
 
 def test_each_badge_of_a_list_has_a_moving_preview(tmp_path: Path) -> None:
-    """Catches: a folder of an event without what a single print gets."""
+    """Catches: a folder of an event without what a single print gets, but for how to build it, which is one for all."""
     done = printed(tmp_path, "name\nAda\nEve\n", "--json")
     document = json.loads(done.stdout)
     assert done.exit_code == 0 and document["notes"] == []
     alone = CliRunner().invoke(moireid, ["print", "Ada", "--out", str(tmp_path / "a"), "--mount", "none"])
     assert alone.exit_code == 0
-    names = {path.name for path in (tmp_path / "a").iterdir()}
+    names = {path.name for path in (tmp_path / "a").iterdir()} - {"assembly.pdf"}
     assert all({path.name for path in Path(one["folder"]).iterdir()} == names for one in document["people"])
+
+
+def test_a_list_is_printed_again_by_the_identities_of_its_summary(tmp_path: Path) -> None:
+    """Catches: an event whose pages are corrected in size and whose badges are all others then; identities of badges
+    that were built, lost as a list is printed anew into their folder."""
+    assert printed(tmp_path, "name\nAda\nBo\n").exit_code == 0
+    out = tmp_path / "out"
+    first = [(out / name / "badge.json").read_bytes() for name in ("001-ada", "002-bo")]
+    summary = (out / "summary.csv").read_text(encoding="utf-8-sig")
+    anew = printed(tmp_path, "name\nAda\nBo\n", "--overwrite")
+    assert anew.exit_code == 0 and anew.stderr.count("was of another badge") == 2
+    assert [next((out / name).glob("badge-*.json")).read_bytes() for name in ("001-ada", "002-bo")] == first
+    again = printed(tmp_path, summary, "--overwrite", "--measured-scale", "0.99")
+    assert again.exit_code == 0, again.stderr
+    assert [(out / name / "badge.json").read_bytes() for name in ("001-ada", "002-bo")] == first

@@ -300,8 +300,8 @@ def test_clearance_follows_the_board_or_is_refused(badge: Badge) -> None:
 @pytest.mark.parametrize(
     ("lens_mm", "margin", "words"),
     [
-        (0.2, 5.0, r"too thin for a frame .* 0\.15 mm above it; give a lens sheet .--lens. of 0\.35 mm or more"),
-        (6.0, 5.0, r"film's lip leaves 3\.\d\d mm next to marker \d, .* give a lens sheet .--lens. of \d\.\d+ mm or"),
+        (0.2, 5.0, r"too thin for a frame .* 0\.15 mm above it; give a lens sheet .lens. of 0\.35 mm or more"),
+        (6.0, 5.0, r"film's lip leaves 3\.\d\d mm next to marker \d, .* give a lens sheet .lens. of \d\.\d+ mm or"),
         (
             14.0,
             40.0,

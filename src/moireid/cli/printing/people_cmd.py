@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from moireid.cli.common import counted, progress_bar, report_mount, say
+from moireid.cli.common import counted, in_options, progress_bar, report_mount, say
 from moireid.cli.issue_notes import alike_in_list_notes, known_holders, look_alike_notes, namesake_notes, opened
 from moireid.errors import SpecError
 
@@ -59,6 +59,7 @@ def print_people(
         notes = [*said, *(f"row {row.row}: {note}" for row in rows for note in row.notes), *alike_in_list_notes(badges)]
         if registry:
             notes += namesake_notes(badges, registry) + look_alike_notes(badges, registry)
+        notes = [in_options(note) for note in notes]
         for note in notes:
             say(f"note: {note}")
         with progress_bar("making badges") as progress:
@@ -74,7 +75,7 @@ def print_people(
                 processes=os.cpu_count() or 1,
                 **how,
             )
-    report_mount(event.left_out, event.removed)
+    report_mount(event)
     people = [
         {"name": badge.name, "line": line_of(badge.print), "id": badge.id, "folder": str(place)}
         for badge, place in zip(badges, event.folders, strict=True)
@@ -86,6 +87,7 @@ def print_people(
         "issued": registry is not None,
         "notes": notes,
         **event.to_json(),
+        "left_out": {shop: in_options(why) for shop, why in event.left_out.items()},
     }
     return document, _summary(event, badges), explain(badges[0])
 

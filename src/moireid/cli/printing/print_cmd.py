@@ -14,6 +14,7 @@ from moireid.cli.common import (
     echo_lines,
     expires_option,
     friendly,
+    in_options,
     json_option,
     overwrite_option,
     report_mount,
@@ -28,6 +29,7 @@ from moireid.cli.printing.print_options import GROUPS, order_options
 from moireid.errors import SpecError
 
 if TYPE_CHECKING:
+    from moireid.badge import Badge
     from moireid.designer import Order
 
 
@@ -37,8 +39,15 @@ if TYPE_CHECKING:
     "--people",
     "people_csv",
     type=click.Path(path_type=Path),
-    help="Instead of NAME: a list (CSV) with the column name, and line (below the name), payload, logo, portrait and "
+    help="Instead of NAME: a list (CSV) with the column name, and line (below the name), id, logo, portrait and "
     "colour if you like. Makes all badges of an event.",
+)
+@click.option(
+    "--again",
+    type=click.Path(path_type=Path, dir_okay=False),
+    metavar="FILE",
+    help="Instead of NAME: a badge.json, whose badge is printed again, as at a --measured-scale. Looks are not in it: "
+    "give its template and pictures again.",
 )
 @click.option("--out", "folder", required=True, type=FolderPath(), help="Folder for the files.")
 @click.option(
@@ -54,10 +63,13 @@ if TYPE_CHECKING:
 @expires_option
 @overwrite_option
 @json_option
+@click.pass_context
 @friendly
 def print_command(
+    context: click.Context,
     name: str | None,
     people_csv: Path | None,
+    again: Path | None,
     folder: Path,
     registry_url: str | None,
     measured_scale: tuple[float, float],
@@ -65,7 +77,7 @@ def print_command(
     expires: str | None,
     overwrite: bool,
     as_json: bool,
-    mount_figures: tuple[tuple[str, Any], ...],
+    mount_mm: tuple[tuple[str, Any], ...],
     **wish: Any,
 ) -> None:
     """Make a badge for NAME, ready to print.
@@ -76,8 +88,8 @@ def print_command(
     moves), assembly.pdf (how to build it), the files of a mount, and badge.json, which the other commands read.
 
     The identity is a random number, so the same name printed twice gives two different badges: keep the folder, as
-    badge.json is the only copy. It has 128 bits if badge and range can carry them; with --registry it has 64, which no
-    one else in that registry has.
+    badge.json is the only copy, and print the same badge another time by --again. The identity has 128 bits if badge
+    and range can carry them; with --registry it has 64, which no one else in that registry has.
 
     With --people, badges are made for many people: sheets with as many badges as fit, a folder for each person, and a
     summary. With --mount too, one set of mount files serves them all. All rows are checked first: if one cannot be
@@ -95,19 +107,26 @@ def print_command(
     The published prototype's shape, which no one sells, at four pitches:
     40lpi 1.25 mm, 50lpi 1.00 mm, 60lpi 0.84 mm, 75lpi 0.67 mm
     """
+    from moireid.badge import load_badge
     from moireid.cli.printing.people_cmd import print_people
     from moireid.designer import Order
+    from moireid.issuing import order_again
 
-    if (name is None) == (people_csv is None):
-        raise SpecError("give either the NAME of one person, or --people with a CSV file of many")
+    if sum(one is not None for one in (name, people_csv, again)) != 1:
+        raise SpecError("give either the NAME of one person, --people with a CSV file of many, or --again")
     if expires is not None:
         _check_expiry(expires, registry_url)
     if wish["payload"] is not None and people_csv is not None:
         raise SpecError("--payload is for one person; give the payloads in a column of the CSV file")
-    order = Order("Everybody" if name is None else name, mount_mm=dict(mount_figures), **wish)
+    badge, figures = None, dict(mount_mm)
+    if again is not None:
+        badge = load_badge(again)
+        order = order_again(badge, mount_mm=figures, **_kept_wishes(context, wish))
+    else:
+        order = Order("Everybody" if name is None else name, mount_mm=figures, **wish)
     how = {"measured_scale": measured_scale, "overwrite": overwrite}
     if people_csv is None:
-        document, lines, rows = print_one(order, folder, registry_url, expires, how)
+        document, lines, rows = print_one(order, folder, registry_url, expires, how, badge)
     else:
         document, lines, rows = print_people(order, people_csv, folder, registry_url, expires, how)
     if as_json:
@@ -117,6 +136,21 @@ def print_command(
         echo(line)
     if explain:
         echo_lines(shown_rows(rows))
+
+
+def _kept_wishes(context: click.Context, wish: dict[str, Any]) -> dict[str, Any]:
+    """The wishes that a badge of before can still be given.  Raises: SpecError for another one that is given."""
+    kept = ("template", "logo", "portrait", "colour", "mount")
+    given = [
+        param.opts[0]
+        for param in context.command.params
+        if param.name in wish
+        and param.name not in kept
+        and context.get_parameter_source(param.name) is click.core.ParameterSource.COMMANDLINE
+    ]
+    if given:
+        raise SpecError(f"--again prints a badge as it was designed; leave {' and '.join(given)} out, or give a NAME")
+    return {what: wish[what] for what in kept}
 
 
 def _check_expiry(expires: str, registry_url: str | None) -> None:
@@ -129,11 +163,17 @@ def _check_expiry(expires: str, registry_url: str | None) -> None:
 
 
 def print_one(
-    order: Order, folder: Path, registry_url: str | None, expires: str | None, how: dict[str, Any]
+    order: Order,
+    folder: Path,
+    registry_url: str | None,
+    expires: str | None,
+    how: dict[str, Any],
+    again: Badge | None = None,
 ) -> tuple[dict[str, Any], list[str], list[tuple[str, str]]]:
     """Plan, make and enter the badge.
 
-    Parameters: how: scale and whether older files are replaced, as for `fabrication.print_badge`.
+    Parameters: how: scale and whether older files are replaced, as for `fabrication.print_badge`; again: a badge
+    of before, whose files are made.
     Returns: what `--json` prints, what is printed else, and the figures of the design.
     Raises: MoireIdError where the badge cannot be; no file and no registry is made then.
     """
@@ -141,17 +181,19 @@ def print_one(
     from moireid.fabrication.package import print_badge
     from moireid.fabrication.shopping.shopping_list import front_words
     from moireid.files import planned
-    from moireid.issuing import plan_badge
+    from moireid.issuing import held, plan_badge, plan_package
 
     with known_holders(registry_url) as holder_of:
-        package = plan_badge(order, holder_of)
+        package = plan_badge(order, holder_of) if again is None else plan_package(again, order, held(again, holder_of))
     badge = package.badge
     if registry_url is not None:
         files = [folder / name for name in package.files]
         planned(files, overwrite=how["overwrite"], make_folders=False, kept=order.files)
     with opened(registry_url) as registry:
         others = [*namesake_notes([badge], registry), *look_alike_notes([badge], registry)] if registry else []
-        notes = [*package.notes, *others]
+        notes = [in_options(note) for note in [*package.notes, *others]]
+        if again is not None and order.format not in (None, "board") and not (order.template or order.files):
+            notes.append("template and pictures are not in badge.json; give them again, if the badge had other ones")
         for note in notes:
             say(f"note: {note}")
         with status_line() as show:
@@ -164,7 +206,7 @@ def print_one(
                 progress=lambda file: show(f"making {file}"),
                 **how,
             )
-    report_mount(printed.left_out, printed.removed)
+    report_mount(printed)
     entered = ", entered in the registry" if registry else ""
     lines = [f"Badge {badge.id} for {badge.name}{entered}:", *(f"  {path}" for path in printed.files.values())]
     lines += ["Print badge.pdf at 100 % and follow assembly.pdf.", f"On the card: {front_words(badge)}."]
@@ -175,5 +217,6 @@ def print_one(
         "issued": registry is not None,
         "notes": notes,
         **printed.to_json(),
+        "left_out": {shop: in_options(why) for shop, why in printed.left_out.items()},
     }
     return document, lines, explain(badge)

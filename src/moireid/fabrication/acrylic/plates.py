@@ -233,12 +233,12 @@ def _frame(card_mm: float, sheet_top: float, layer_mm: float) -> tuple[int, floa
     if sheet_top > most_mm:
         raise FabricationError(
             f"page and sheet together are {sheet_top:g} mm thick, and {MOST_FRAMES} plates of {STOCK_MM[-1]:g} mm make "
-            f"a frame of {most_mm:g} mm; give a lens sheet (--lens) of {most_mm - card_mm + MOST_SQUEEZE_MM:g} mm or "
+            f"a frame of {most_mm:g} mm; give a lens sheet (lens) of {most_mm - card_mm + MOST_SQUEEZE_MM:g} mm or "
             "less"
         )
     raise FabricationError(
         f"a lens sheet {sheet_top - card_mm:g} mm thick is too thin for a frame to hold it by its edge: it must reach "
-        f"{LEAST_GRIP_MM:g} mm into the frame and {LEAST_SQUEEZE_MM:g} mm above it; give a lens sheet (--lens) of "
+        f"{LEAST_GRIP_MM:g} mm into the frame and {LEAST_SQUEEZE_MM:g} mm above it; give a lens sheet (lens) of "
         f"{least_mm:g} mm or more",
         least_mm=least_mm,
     )
@@ -261,8 +261,8 @@ def _clearance_mm(spans: tuple[tuple[float, float], ...], height: float, process
         raise FabricationError(
             f"the edges that hold page and lens are too short: with the {LASER_MM:g} mm of air that a laser needs, one "
             f"may turn on the other by {_twist_deg(LASER_MM, spans, height):.2f} degrees, and {TWIST_DEG:g} are "
-            f"allowed; give a board (--size) of {math.ceil(height * LASER_MM / most):g} mm or more in height, wider in "
-            "proportion",
+            f"allowed; give a board (size_mm) of {math.ceil(height * LASER_MM / most):g} mm or more in height, wider "
+            "in proportion",
             most_mm=most,
         )
     if process.clearance_mm is None:
@@ -271,7 +271,7 @@ def _clearance_mm(spans: tuple[tuple[float, float], ...], height: float, process
         raise FabricationError(
             f"with {process.clearance_mm:g} mm of air at each edge, page and lens may turn on each other by "
             f"{_twist_deg(process.clearance_mm, spans, height):.2f} degrees, and {TWIST_DEG:g} are allowed; give a "
-            f"clearance_mm of {math.floor(most * 1000) / 1000:g} or less (--mount-figure), or a taller board (--size)",
+            f"clearance_mm of {math.floor(most * 1000) / 1000:g} or less (mount_mm), or a taller board (size_mm)",
             most_mm=most,
         )
     return process.clearance_mm
@@ -284,7 +284,7 @@ def _rim_mm(process: AcrylicProcess, inside_mm: float) -> float:
     """
     if process.hole_mm < THREAD_MM + 0.1:
         raise FabricationError(
-            f"hole_mm={process.hole_mm:g} lets no M3 screw through; give {THREAD_MM + 0.1:g} or more (--mount-figure)"
+            f"hole_mm={process.hole_mm:g} lets no M3 screw through; give {THREAD_MM + 0.1:g} or more (mount_mm)"
         )
     widest = max(process.hole_mm, SLOT_MM[1], HEAD_MM - LEAST_LAND_MM)
     return max(process.rim_mm, inside_mm + widest + 2 * LEAST_LAND_MM)
@@ -335,7 +335,7 @@ def _fault(
         card_top=process.card_mm,
         sheet_top=sheet_top,
         play_mm=clearance,
-        advice="take a smaller lip_reach_mm (--mount-figure)",
+        advice="take a smaller lip_reach_mm (mount_mm)",
     )
 
 

@@ -210,7 +210,9 @@ _BARS = (
     "Use the settings of page 1. Lay a ruler on both scale bars: each must read 150.0 mm, 0.5 mm more or less. If not, "
 )
 _MEASURE: dict[Maker, str] = {
-    "command": _BARS + "divide what it reads by 150, and make the page again with --measured-scale and that number.",
+    "command": _BARS
+    + "divide what it reads by 150, and print the same badge at that number: print-your-badge --again badge.json "
+    "--measured-scale NUMBER --out again.",
     "studio": _BARS + "look for a setting that fits the page to the paper, switch it off, and print again.",
 }
 _PITCH: dict[Maker, str] = {

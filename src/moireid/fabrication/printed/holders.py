@@ -70,7 +70,7 @@ def clip(plan: TrayPlan, process: MountProcess) -> HolderBody:
     if slot_height < 3.0 or slot_width < 8.0:
         raise FabricationError(
             f"a slot of {slot_width:g} x {slot_height:g} mm takes no clip's hook; give a slot_mm of 8x3 or "
-            "more (--mount-figure)"
+            "more (mount_mm)"
         )
     # The bar is what lies above the slot; it rests on the hook's floor, which passes through the slot.
     bar = plan.half_mm[1] + 2 * wall + slot_height - FIT_MM
@@ -195,7 +195,7 @@ def _front_wall_mm(badge: Badge, plan: TrayPlan, process: MountProcess, width: f
             card_top=plan.card_top,
             sheet_top=plan.sheet_top,
             play_mm=process.clearance_mm,
-            advice="take a larger wall_mm (--mount-figure), a thinner sheet, or another mount (--mount)",
+            advice="take a larger wall_mm (mount_mm), a thinner sheet, or another mount (mount)",
         )
         if fault is None:
             return height

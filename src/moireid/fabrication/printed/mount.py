@@ -202,7 +202,7 @@ def _check_bed(name: str, *sides_mm: float) -> None:
     if (longest := max(sides_mm)) > BED_MM:
         raise FabricationError(
             f"the mount's {name} is {longest:.0f} mm long, and common printers reach {BED_MM:g} mm; give a smaller "
-            "board (--size)",
+            "board (size_mm)",
             longest_mm=longest,
         )
 

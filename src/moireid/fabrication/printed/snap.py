@@ -167,20 +167,20 @@ def plan_snap(badge: Badge, process: MountProcess) -> SnapPlan:
     if bite - air < LEAST_BITE_MM:
         raise FabricationError(
             f"bite_mm={bite:g} holds a badge that lies {air:g} mm to the side by {bite - air:.2f} mm, "
-            f"{LEAST_BITE_MM:g} mm are needed; give {LEAST_BITE_MM + air:g} mm or more (--mount-figure)",
+            f"{LEAST_BITE_MM:g} mm are needed; give {LEAST_BITE_MM + air:g} mm or more (mount_mm)",
             least_mm=LEAST_BITE_MM + air,
         )
     if plan.strain > MOST_STRAIN:
         raise FabricationError(
             f"the holder's catches would be strained by {100 * plan.strain:.2f} %, allowed are "
-            f"{100 * MOST_STRAIN:.2f} %; give a smaller bite_mm (--mount-figure)",
+            f"{100 * MOST_STRAIN:.2f} %; give a smaller bite_mm (mount_mm)",
             strain=plan.strain,
         )
     lowest, highest = plan.catches[0] - REACH_MM - SLIT_MM, plan.catches[-1] + NOSE_MM / 2 + SLIT_MM
     if lowest < -half[1] or highest > half[1]:
         raise FabricationError(
             f"a board {2 * half[1]:g} mm high has no room for the holder's catches, which are {REACH_MM:g} mm long; "
-            "give a larger board (--size), or another mount (--mount)"
+            "give a larger board (size_mm), or another mount (mount)"
         )
     check_sight(badge, _obstacles(plan), card_top=plan.card_top, sheet_top=sheet_top, play_mm=air, advice=ADVICE_SNAP)
     return plan

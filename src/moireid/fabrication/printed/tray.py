@@ -54,7 +54,7 @@ SIDE_MM, LEAST_STEP_MM = 1.5, 0.5
 LIP_STEP_MM = 0.5
 #: A lanyard's strap is at least this wide.
 LEAST_SLOT_MM = 10.0
-ADVICE = "take a smaller lip_reach_mm or lip_mm (--mount-figure), a thinner sheet, or a larger board (--size)"
+ADVICE = "take a smaller lip_reach_mm or lip_mm (mount_mm), a thinner sheet, or a larger board (size_mm)"
 
 
 @dataclass(frozen=True)
@@ -186,14 +186,14 @@ def plan_tray(badge: Badge, process: MountProcess, *, slots: int = 2) -> TrayPla
     if process.lip_reach_mm < (least := max(LEAST_REACH_MM, process.clearance_mm + LEAST_LIP_MM)) - 1e-9:
         raise FabricationError(
             f"lip_reach_mm={process.lip_reach_mm:g} holds no sheet that lies {process.clearance_mm:g} mm to the side; "
-            f"give {least:g} mm or more (--mount-figure)",
+            f"give {least:g} mm or more (mount_mm)",
             least_mm=least,
         )
     if (twist := seated_twist_deg(plan, process)) > TWIST_DEG:
         raise FabricationError(
             f"on register edges {2 * half[0]:g} mm apart a print off by {process.seat_mm:g} mm turns the sheet by "
-            f"{twist:.2f} degrees, allowed are {TWIST_DEG:g}; give a smaller seat_mm (--mount-figure) or "
-            "a wider board (--size)",
+            f"{twist:.2f} degrees, allowed are {TWIST_DEG:g}; give a smaller seat_mm (mount_mm) or "
+            "a wider board (size_mm)",
             twist_deg=twist,
         )
     return _in_sight(badge, plan, process)
@@ -261,7 +261,7 @@ def slots_in(width: float, process: MountProcess, slots: int) -> tuple[tuple[flo
     if width < least_mm - 1e-6:
         raise FabricationError(
             f"a board {width:g} mm wide is narrower than the lanyard's tab; give one of {least_mm:.1f} mm or more "
-            "(--size), or a stand (--mount)",
+            "(size_mm), or a stand (mount)",
             least_mm=least_mm,
         )
     # Two slots share the room, with two walls between them, where both can be wide enough for a strap.
@@ -282,7 +282,7 @@ def _check_springs(plan: TrayPlan) -> None:
     if (shortest := _shortest_spring_mm(plan)) < LEAST_TONGUE_MM - 1e-6:
         raise FabricationError(
             f"the sheet's shortest rows leave springs of {shortest:.1f} mm, and {LEAST_TONGUE_MM:g} mm are needed to "
-            f"press it on the page; give gratings of {LEAST_TONGUE_MM / 0.6:g} mm or more on a larger board (--size)",
+            f"press it on the page; give gratings of {LEAST_TONGUE_MM / 0.6:g} mm or more on a larger board (size_mm)",
             least_mm=LEAST_TONGUE_MM / 0.6,
         )
 

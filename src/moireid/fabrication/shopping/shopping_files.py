@@ -63,7 +63,7 @@ def write_shopping(
         Where a file exists or cannot be written.
     """
     names = file_names(found)
-    with made_aside(folder, names, (), overwrite=overwrite, kept=kept, before_moving=None) as aside:
+    with made_aside(folder, names, (), {}, overwrite=overwrite, kept=kept, before_moving=None) as aside:
         _write_list_pdf(found, aside / LIST_PDF)
         # A byte order mark, by which spreadsheets know UTF-8.
         (aside / LIST_CSV).write_text(list_csv(found), encoding="utf-8-sig", newline="")

@@ -244,8 +244,8 @@ def first_within(estimates: Iterable[Estimate], error_rad: float, unmet: str, ad
         if found.phase_rad is None or found.phase_rad <= error_rad:
             return found
     raise SpecError(
-        f"a phase error of {error_rad:g} rad {unmet} (estimated {found.phase_rad:.2g} rad); give a larger --error, or "
-        f"{advice}",
+        f"a phase error of {error_rad:g} rad {unmet} (estimated {found.phase_rad:.2g} rad); give a larger error_rad=, "
+        f"or {advice}",
         estimated_rad=found.phase_rad,
     )
 
