@@ -1,11 +1,12 @@
 """Many sight lines at a time, in float32: the pixels that lie wholly on a grating or wholly on plain page.
 
-This is the fast half of the analytic renderer.  The loop over a pixel's rays has no branch and no table, so the
-compiler runs eight or sixteen rays at once.  Float32 is enough because all numbers in the loop are small: places count
-from the pixel's own lens, lines from the edge next to that lens; both origins are found in float64 once for each pixel.
+This is the fast half of the analytic renderer.  The loop that lands a pixel's rays has no branch and no table, so the
+compiler runs eight or sixteen rays at once.  Float32 is enough because places count from the pixel's own lens, found in
+float64 once for each pixel; on the page, some 100 mm wide, they are rounded by 1e-5 mm, 1e-4 rad of a line.
 
-Two things are simplified.  All rays of a pixel are refracted like its middle one, and land aside in proportion to
-their place.  And the pixel's footprint is a parallelogram.
+Three things are simplified.  All rays of a pixel are refracted like its middle one at the middle of the exposure, and
+land aside in proportion to their place and to what their tangents change.  The pixel's footprint is a parallelogram,
+which keeps its shape while it is exposed.  And it moves by a polynomial of the time (`trace.NO_SWEEP`).
 
 Convention and source: as `trace`.
 """
