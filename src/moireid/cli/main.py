@@ -150,7 +150,7 @@ def moireid() -> None:
     in a film. The spacing of the lines says whose badge it is.
 
     \b
-    Start here:  print-your-badge "Ada Lovelace" --out ada      (the same as moireid print)
+    Start here:  print-your-badge "Ada Lovelace" --out ada   (or: moireid print)
                  moireid enroll ada/badge.json
                  moireid verify film.mp4 --claim "Ada Lovelace"
     """

@@ -41,6 +41,8 @@ MAX_STEP_FRINGES = 0.55
 MIN_DOTS_PER_LINE = 3.0
 #: A symbol is confused beyond pi / 4; rounding to dots may take this much of it, the rest is for the film.
 MAX_DOT_PHASE_RAD = 0.25
+#: Times a phone's focal length: 135 mm, the longest lens of the table of distances, which the verifier still solves for.
+LONGEST = 5.0
 #: Resolutions that printers have; beyond 1200 dpi no line of a lens sheet's pitch can be off by so much.
 PRINTER_DPI = (300, 360, 400, 600, 720, 1200, 1440, 2400)
 #: Beat levels of the spacing family's uniform rows.
@@ -185,7 +187,7 @@ def _larger(order: Order, payload_bytes: int, error: DesignError) -> str:
                 _drawing(wish, payload_bytes)
                 return f", or give --size {width}x{height}" + (f" --paper {paper}" if paper != order.paper else "")
     longer = order.range_m[1] / float(str(error.details["far_m"]))
-    if longer <= 1:
+    if not 1 < longer <= LONGEST:
         return ""
     lens_mm = math.ceil(PHONE_MM * longer)
     return f"; no board up to A3 is read so far with this sheet: film with a lens of {lens_mm} mm, not {PHONE_MM:g}"
