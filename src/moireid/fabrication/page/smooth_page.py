@@ -16,7 +16,7 @@ from moireid.badge import Grating
 from moireid.dots import INSET_DOTS, nearest_dot
 from moireid.fabrication.page.canvas import PdfPage
 from moireid.frames import OwnFrame
-from moireid.smooth_lines import LineField
+from moireid.smooth_lines import line_field
 
 Array = NDArray[np.float64]
 #: Places across at which lines are computed; between them they are all but straight.
@@ -27,7 +27,7 @@ def draw_smooth_lines(
     sheet: PdfPage, frame: OwnFrame, grating: Grating, form: str, dot_mm: float, ink_mm: float
 ) -> None:
     """Draw all lines of a smooth grating, as `pdf.draw_lines` does those of others."""
-    field = LineField(grating)
+    field = line_field(grating)
     across = np.linspace(field.begin, field.end, int((field.end - field.begin) / STEP_MM) + 2)
     edges = field.edges_mm(across)
     whole = edges[..., 1] > edges[..., 0]
