@@ -129,6 +129,12 @@ def _neighbours(rows: list[list[Cell]], r: int, k: int) -> list[tuple[int, int]]
     return found
 
 
+@lru_cache(maxsize=4)
+def line_field(grating: Grating) -> LineField:
+    """The numbers of a smooth grating's lines, with its table, which pictures of one badge share."""
+    return LineField(grating)
+
+
 class LineField:
     """The numbers of a smooth grating's lines."""
 
@@ -170,14 +176,15 @@ class LineField:
         Beyond the field's ends, lines go straight on.
         """
         table = self._table
-        counts = table.shape[::-1]
-        found = np.zeros(along.shape)
-        x = (along - self.low) / (self.high - self.low) * (counts[0] - 1)
-        y = (across - self.begin) / (self.end - self.begin) * (counts[1] - 1)
-        left, top = (np.clip(np.floor(p).astype(int), 0, count - 2) for p, count in zip((x, y), counts, strict=True))
+        columns = table.shape[1]
+        x = (along - self.low) / (self.high - self.low) * (columns - 1)
+        y = (across - self.begin) / (self.end - self.begin) * (len(table) - 1)
+        left, top = (np.clip(np.floor(p).astype(int), 0, count - 2) for p, count in ((x, columns), (y, len(table))))
+        # What is left of the way to the next place, and what is done of it.
+        shares_x, shares_y = (left + 1 - x, x - left), (top + 1 - y, y - top)
+        corner, flat, found = columns * top + left, table.ravel(), np.zeros(along.shape)
         for right, below in ((0, 0), (1, 0), (0, 1), (1, 1)):
-            weight = (x - left if right else left + 1 - x) * (y - top if below else top + 1 - y)
-            found += weight * table[top + below, left + right]
+            found += shares_x[right] * shares_y[below] * flat.take(corner + (columns * below + right))
         return found
 
     @cached_property

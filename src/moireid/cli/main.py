@@ -6,8 +6,8 @@ import io
 import os
 import pkgutil
 import sys
-from functools import cache
-from typing import TYPE_CHECKING, NoReturn
+from importlib.util import find_spec
+from typing import NoReturn
 
 import click
 
@@ -17,19 +17,32 @@ from moireid.cli.streams import open_closed_streams
 from moireid.extras import install_command
 from moireid.version import __version__
 
-if TYPE_CHECKING:
-    from importlib.metadata import EntryPoint
-
-#: The sections of `moireid --help`: names of commands, in the order in which people need them.
-SECTIONS: dict[str, tuple[str, ...]] = {
-    "Commands that most people need": (
-        *("print", "enroll", "verify", "identify", "watch", "attest", "simulate", "serve"),
-    ),
-    "Your first badge; what to buy; lens sheets, printers and cameras": (
-        *("first-badge", "materials", "pitch-test", "calibrate"),
-    ),
-    "The registry, and access to the studio": ("registry", "token"),
-    "For researchers: many films at once, and the figures that this project states": ("lab",),
+#: The sections of `moireid --help`: names of commands, in the order in which people need them, with the sentence that
+#: each one's own help begins with; so the list loads none of them.
+SECTIONS: dict[str, dict[str, str]] = {
+    "Commands that most people need": {
+        "print": "Make a badge for NAME, ready to print.",
+        "enroll": "Enter a badge into the registry of who holds which badge.",
+        "verify": "Check a film: is the badge real, and is it the claimed one?",
+        "identify": "Find out whose badge a film shows.",
+        "watch": "Check a camera or a stream as it comes.",
+        "attest": "Check signed verdicts.",
+        "simulate": "Simulate a film of a badge, real or forged.",
+        "serve": "Run the studio: web pages and an API for all of this.",
+    },
+    "Your first badge; what to buy; lens sheets, printers and cameras": {
+        "first-badge": "Build a first badge, step by step, in FOLDER.",
+        "materials": "List what to buy for badges, how much of it, and how to cut the lens sheets.",
+        "pitch-test": "Make a chart that measures a lens sheet's true pitch.",
+        "calibrate": "Make a lens profile from a chart of `moireid pitch-test`, or calibrate a camera.",
+    },
+    "The registry, and access to the studio": {
+        "registry": "Look after the registry of badges: list, show, suspend, revoke, audit.",
+        "token": "Make, list and revoke access tokens for the studio.",
+    },
+    "For researchers: many films at once, and the figures that this project states": {
+        "lab": "Print this project's figures, and score many films.",
+    },
 }
 #: The commands of this package: each module is imported when its command is called, or its help is shown.
 OWN = {
@@ -52,7 +65,6 @@ ELSEWHERE = {
 }
 #: Commands of the lab that are also called without its name; the help does not list them.
 OF_LAB = ("bench", "evaluate")
-ENTRY_POINTS = "moireid.commands"
 
 
 class Sections(click.Group):
@@ -60,8 +72,7 @@ class Sections(click.Group):
 
     def list_commands(self, context: click.Context) -> list[str]:
         """Names of the commands that are installed, in the order of SECTIONS."""
-        there = _installed()
-        return [name for names in SECTIONS.values() for name in names if name in there]
+        return [name for names in SECTIONS.values() for name in names if name in OWN or _is_installed(ELSEWHERE[name])]
 
     def get_command(self, context: click.Context, name: str) -> click.Command | None:
         """Find a command by its name.
@@ -74,11 +85,13 @@ class Sections(click.Group):
             # Without a search for entry points, whose import alone takes longer than most commands' help.
             own: click.Command = pkgutil.resolve_name(OWN[name])
             return own
-        if (point := _installed().get(name)) is not None:
-            found: click.Command = point.load()
-            return found
         if name in ELSEWHERE:
-            raise MissingDistribution(name, ELSEWHERE[name])
+            if not _is_installed(ELSEWHERE[name]):
+                raise MissingDistribution(name, ELSEWHERE[name])
+            from importlib.metadata import entry_points
+
+            found: click.Command = entry_points(group="moireid.commands")[name].load()
+            return found
         if name in REMOVED:
             raise Removed(name)
         return None
@@ -105,8 +118,8 @@ class Sections(click.Group):
     def format_commands(self, context: click.Context, formatter: click.HelpFormatter) -> None:
         """Write one table for each section, and what to install for commands that are not there."""
         there = self.list_commands(context)
-        for heading, names in SECTIONS.items():
-            rows = [(name, self._help(context, name)) for name in names if name in there]
+        for heading, sentences in SECTIONS.items():
+            rows = [(name, sentence) for name, sentence in sentences.items() if name in there]
             if rows:
                 with formatter.section(heading):
                     formatter.write_dl(rows, col_spacing=2)
@@ -116,18 +129,9 @@ class Sections(click.Group):
                 with formatter.section(f"In {distribution}, which is not installed"):
                     formatter.write_text(", ".join(missing))
 
-    def _help(self, context: click.Context, name: str) -> str:
-        command = self.get_command(context, name)
-        return command.get_short_help_str(limit=80) if command else ""
 
-
-@cache
-def _installed() -> dict[str, EntryPoint]:
-    """Where the commands are, by name: those of other distributions, and this package's own."""
-    from importlib.metadata import EntryPoint, entry_points
-
-    own = {name: EntryPoint(name, value, ENTRY_POINTS) for name, value in OWN.items()}
-    return {point.name: point for point in entry_points(group=ENTRY_POINTS)} | own
+def _is_installed(distribution: str) -> bool:
+    return find_spec(distribution.replace("-", "_")) is not None
 
 
 class MissingDistribution(click.ClickException):

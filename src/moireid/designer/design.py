@@ -41,7 +41,7 @@ MAX_STEP_FRINGES = 0.55
 MIN_DOTS_PER_LINE = 3.0
 #: A symbol is confused beyond pi / 4; rounding to dots may take this much of it, the rest is for the film.
 MAX_DOT_PHASE_RAD = 0.25
-#: Times a phone's focal length: 135 mm, the longest lens of the table of distances, which the verifier still solves for.
+#: Times a phone's focal length: 135 mm, the longest lens of the table of distances; the verifier solves up to it.
 LONGEST = 5.0
 #: Resolutions that printers have; beyond 1200 dpi no line of a lens sheet's pitch can be off by so much.
 PRINTER_DPI = (300, 360, 400, 600, 720, 1200, 1440, 2400)

@@ -109,7 +109,7 @@ class PdfPage:
         numbers = np.stack([x0, self.height_mm - y1, x1 - x0, y1 - y0], axis=-1) * POINTS_PER_MM
         # Rectangles on a printer's dots share most of their numbers, and each takes a microsecond or more to write.
         distinct, places = np.unique(numbers, return_inverse=True)
-        written = [fp_str(number) for number in distinct.tolist()]
+        written = fp_str(distinct.tolist()).split()
         columns = [[written[place] for place in column] for column in places.reshape(-1, 4).T.tolist()]
         lines = [f"{x} {y} {wide} {high} re" for x, y, wide, high in zip(*columns, strict=True)]
         self._fill_with(grey, colour)

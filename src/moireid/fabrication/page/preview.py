@@ -24,7 +24,7 @@ from moireid.frames import bounds_of, own_rect
 from moireid.layers import is_smooth
 from moireid.lenticule import trace_mm
 from moireid.optics import slab_shift_mm
-from moireid.smooth_lines import LineField
+from moireid.smooth_lines import line_field
 
 Array = NDArray[np.float64]
 PX_PER_MM = 6.0
@@ -124,7 +124,7 @@ def lines_over(lens: Lens, grating: Grating, axes: Array, across: Array) -> tupl
     Parameters: axes, across (...): own places of lenses' axes, along the grating's axis and across it, mm.
     Source: near a lens's axis numbers of lines rise evenly.
     """
-    field = LineField(grating)
+    field = line_field(grating)
     number, beyond = (field.sampled(axes + step, across) for step in (0.0, lens.pitch_mm))
     return number, (beyond - number) / lens.pitch_mm
 
