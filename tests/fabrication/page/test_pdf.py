@@ -139,6 +139,17 @@ def test_every_edge_on_the_page_is_where_the_badge_says(badge: Badge, drawn: Dra
 # The page round the lines.
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("form", ["dots", "vector"])
+def test_a_large_board_is_painted_whole_where_its_dots_are_fine(form: str, tmp_path: Path) -> None:
+    """Catches: all lines as one path, of which PDFium leaves out what is at the right from 1200 dpi on."""
+    made = design_badge(Order("Al", size_mm=(186.0, 230.0), range_m=(0.8, 2.5), form=form), PAYLOAD)
+    page.write_badge_pdf(made, tmp_path / "badge.pdf")
+    x0, y0, x1, y1 = (round(v / 25.4 * 1200) for v in made.gratings[0].rect_mm)
+    dark = raster(tmp_path / "badge.pdf", 1200)[y0 + 50 : y1 - 50 : 97, x0:x1] < 128
+    assert min(part.mean() for part in np.array_split(dark, 12, axis=1)) > 0.4
+
+
 @pytest.mark.claim("The page is true to scale and asks not to be scaled")
 def test_page_has_its_true_size_and_asks_not_to_be_scaled(badge: Badge, pdf: Path) -> None:
     """Catches: inches, a viewer that is free to fit to page, a TrimBox with y turned over or not there."""

@@ -193,8 +193,7 @@ def draw_lines(sheet: PdfPage, badge: Badge, grating: Grating, form: str, dot_mm
     lines = [line for cell in grating.cells for line in dark_lines(grating, cell, ink_mm)]
     if not isinstance(grating.axis, str):
         frame = badge.frame_of(grating)
-        first, *others = ([sheet.place(x, y) for x, y in frame.corners_mm(line).tolist()] for line in lines)
-        sheet.path(first, 0.0, None, holes=others)
+        sheet.fill_loops([[sheet.place(x, y) for x, y in frame.corners_mm(line).tolist()] for line in lines])
         return
     drawn = [(*sheet.place(x0, y0), *sheet.place(x1, y1)) for x0, y0, x1, y1 in lines]
     sheet.fill_drawn(drawn if form == "vector" else [on_dots(line, grating.axis, dot_mm) for line in drawn])
