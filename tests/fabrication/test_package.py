@@ -20,7 +20,7 @@ from moireid.cli.main import moireid
 from moireid.fabrication import package
 from moireid.fabrication.mount_parts import ACRYLIC_FILES, PRINTED_FILES
 
-SHEETS = {"badge.json", "badge.pdf", "preview.png", "preview.webp", "assembly.pdf"}
+SHEETS = {"badge.json", "badge.pdf", "preview.png", "preview.webp", "fringes.webp", "assembly.pdf"}
 
 
 def run(*arguments: str | Path) -> Result:

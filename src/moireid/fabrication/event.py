@@ -25,11 +25,19 @@ from moireid.badge import Badge, Rect
 from moireid.errors import FabricationError
 from moireid.fabrication.assembly.assembly_words import Maker
 from moireid.fabrication.assembly.guide import DrawnMounts
+from moireid.fabrication.assembly.moving_looks import write_looks
 from moireid.fabrication.mount_parts import Parts, plan_parts, shape_parts, write_parts
-from moireid.fabrication.package import PrintResult, file_names, leftover_parts, made_aside, write_sheets
+from moireid.fabrication.package import LOOKS, PrintResult, file_names, leftover_parts, made_aside, write_sheets
 from moireid.fabrication.page.canvas import PdfPage
 from moireid.fabrication.page.marks import marks
-from moireid.fabrication.page.pdf import CROP_GAP_MM, draw_board, draw_mask, draw_scale_bars
+from moireid.fabrication.page.pdf import (
+    CROP_GAP_MM,
+    draw_bands,
+    draw_bands_alone,
+    draw_board,
+    draw_mask,
+    draw_scale_bars,
+)
 from moireid.fabrication.process_figures import MountFigures
 from moireid.files import AnyPath, as_path, whole_file, write_text
 from moireid.names import line_of
@@ -116,10 +124,13 @@ def write_sheets_pdf(
             if number % len(places) == 0:
                 sheet.origin_mm = (0.0, 0.0)
                 draw_scale_bars(sheet, block)
+                drawn = draw_bands(sheet, first, form, dot_mm, (*places[0], places[0][0] + x1 - x0, 0.0))
         sheet.origin_mm = (0.0, 0.0)
         if first.lens.kind == "mask":
             sheet.canvas.showPage()
             draw_mask(sheet, first, form, dot_mm, len(badges))
+        if not drawn:
+            draw_bands_alone(sheet, first, form, dot_mm)
         sheet.save()
     return -(-len(badges) // len(places)), len(places)
 
@@ -193,20 +204,21 @@ def print_event(
         work = partial(_write_person, parts=parts, drawn=solids.drawn, measured_scale=measured_scale, maker=maker)
         with _shared(work, badges, [aside / name for name in names], processes) as people_made:
             mass_g, mount_figures = write_parts(badges[0], parts, aside, lambda file: None, solids)
+            write_looks(badges[0], aside / LOOKS)
             sheet_count, to_a_sheet = write_sheets_pdf(badges, aside / SHEETS, measured_scale=measured_scale)
             for done, _ in enumerate(people_made, start=1):
                 if progress:
                     progress(done, len(badges))
         write_text(aside / SUMMARY, _summary(names, badges, parts))
-    files_made = {name: folder / name for name in (SHEETS, SUMMARY, *parts.files)}
+    files_made = {name: folder / name for name in (SHEETS, SUMMARY, LOOKS, *parts.files)}
     folders = tuple(folder / name for name in names)
     return PrintResult(files_made, mass_g, mount_figures, parts.left_out, stale, folders, sheet_count, to_a_sheet)
 
 
 def event_files(badges: Sequence[Badge], parts: Parts) -> list[str]:
     """The files that an event of these badges and parts of a mount has, below its folder."""
-    own = file_names(Parts("none", None, parts.figures))
-    return [*(f"{name}/{file}" for name in _folders(badges) for file in own), *parts.files, SHEETS, SUMMARY]
+    own = [file for file in file_names(Parts("none", None, parts.figures)) if file != LOOKS]
+    return [*(f"{name}/{file}" for name in _folders(badges) for file in own), *parts.files, LOOKS, SHEETS, SUMMARY]
 
 
 def _folders(badges: Sequence[Badge]) -> list[str]:

@@ -14,6 +14,7 @@ from moireid.badge import Badge
 from moireid.dots import on_dots
 from moireid.fabrication.assembly.assembly_words import BuildPlan, Maker
 from moireid.fabrication.assembly.guide import DrawnMounts, write_assembly_pdf
+from moireid.fabrication.assembly.moving_looks import write_looks
 from moireid.fabrication.mount_parts import (
     ACRYLIC_FILES,
     GLB_FILE,
@@ -32,8 +33,8 @@ if TYPE_CHECKING:
     from PIL import Image
 
 
-#: The moving preview.
-MOVING = "preview.webp"
+#: The moving preview; and how fringes look and run, right and wrong.
+MOVING, LOOKS = "preview.webp", "fringes.webp"
 _SHEETS = ("badge.pdf", "preview.png", MOVING, "assembly.pdf")
 #: Files that a badge's folder has only with some mounts.
 PART_FILES = (*PRINTED_FILES, *ACRYLIC_FILES, GLB_FILE)
@@ -150,6 +151,7 @@ def print_badge(
         solids = shape_parts(badge, parts)
         how: dict[str, Any] = {"measured_scale": measured_scale, "say": say, "maker": maker}
         picture = write_sheets(badge, aside, parts, solids.drawn, **how)
+        write_looks(badge, aside / LOOKS)
         mass_g, mount_figures = write_parts(badge, parts, aside, say, solids, picture)
     return PrintResult({name: folder / name for name in names}, mass_g, mount_figures, parts.left_out, stale)
 
@@ -241,4 +243,4 @@ def badge_file(badge: Badge) -> str:
 
 def file_names(parts: Parts) -> list[str]:
     """Names of the files of a badge's folder; badge.json is the last."""
-    return [*_SHEETS, *parts.files, "badge.json"]
+    return [*_SHEETS, LOOKS, *parts.files, "badge.json"]

@@ -71,7 +71,8 @@ def print_command(
     """Make a badge for NAME, ready to print.
 
     The folder gets badge.pdf (the page to print at 100 %), preview.png and preview.webp (the badge as worn; the second
-    moves), assembly.pdf (how to build it), the files of a mount, and badge.json, which the other commands read.
+    moves), fringes.webp (how fringes run, right and wrong), assembly.pdf (how to build it), the files of a mount, and
+    badge.json, which the other commands read.
 
     The identity is a random number, so the same name printed twice gives two different badges: keep the folder, as
     badge.json is the only copy. It has 128 bits if badge and range can carry them; with --registry it has 64, which no

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Literal
 
 from moireid.badge import Badge, CodedFrame
 from moireid.fabrication.assembly import sketches
+from moireid.fabrication.page.pitch_bands import look_m
 from moireid.fabrication.process_figures import MountFigures
 from moireid.fabrication.sight import has_turned, sheet_pieces
 from moireid.frames import Axis
@@ -64,8 +65,7 @@ class BuildPlan:
     @property
     def look_m(self) -> float:
         """From how far to look and to film, m: 1 m where the badge is read from there."""
-        near, far = self.badge.range_m or (1.0, 1.0)
-        return max(near, math.floor(10 * min(max(1.0, near), far) + 1e-9) / 10)
+        return look_m(self.badge)
 
     @property
     def glued(self) -> bool:
@@ -147,11 +147,18 @@ def steps(build: BuildPlan) -> list[Step]:
     found = [
         Step("Print it, and measure it", _MEASURE[build.maker], sketches.measure),
         Step(
+            f"Try the uncut {front} on the five bands above the badge",
+            f"{_TRY_MASK if mask else _TRY} From {build.look_m:g} m, one band has no stripes. 0: right. +1 or −1 %: "
+            "the badge works. +3 or −3 %: the page was scaled, or the sheet has another pitch. "
+            f"{_PITCH[build.maker]}",
+            partial(sketches.bands, badge),
+        ),
+        Step(
             "Cut",
             f"Cut the badge out along the corner marks. {_cut(build)}",
             partial(sketches.cut, badge),
         ),
-        Step("Lay", f"Lay {lay}. {free}.", partial(sketches.lay, badge)),
+        Step("Lay", f"Press a curled card flat first. Lay {lay}. {free}.", partial(sketches.lay, badge)),
         Step(
             f"Turn the {front} until the bands are upright" if upright else "Turn it until the bands follow the lines",
             _seen(build, f"Turn {one} slowly until", bands),
@@ -163,10 +170,10 @@ def steps(build: BuildPlan) -> list[Step]:
             partial(sketches.fringes, badge, (sketches.LEANING,)),
         ),
         Step(
-            "Are they much too wide, or too narrow?",
-            f"Compare with preview.png. If they are twice or half as wide (left, right), the {front} has another pitch "
-            f"than its label says, or the print has another size. {_PITCH[build.maker]}",
-            partial(sketches.fringes, badge, sketches.PITCH),
+            "Do they run the other way, or are they too wide?",
+            f"If they run the other way (left) or are twice as wide (right), {front} and print do not fit each other: "
+            "see step 2. All looks move in fringes.webp.",
+            partial(sketches.fringes, badge, (sketches.MIRRORED, sketches.WIDE)),
         ),
         _fixed(build, front),
     ]
@@ -184,6 +191,11 @@ def steps(build: BuildPlan) -> list[Step]:
     ]
 
 
+_TRY = (
+    "Peel off its film, wipe off dust. A fingernail feels its ribs: they go up, and upright. No stripes at all: it is "
+    "upside down."
+)
+_TRY_MASK = "Lay the acrylic there, and the film on it, printed side down, its lines upright."
 _LAY = "the lens sheet on the striped field: ribs up, and along the printed lines"
 _LAY_PIECES = "each piece of lens sheet on its striped field: ribs up, and along the printed lines"
 _LAY_MASK = "the acrylic on the striped field, and the film on it, printed side down"
@@ -209,10 +221,11 @@ _CHECK: dict[Maker, str] = {
 
 def _seen(build: BuildPlan, turn: str, bands: str) -> str:
     """What a builder sees, and until when to turn."""
+    run = f" Move your head to the right: they run to the {'right' if sketches.runs_right(build.badge) else 'left'}."
     return (
-        f"Look at it from {build.look_m:g} m. You see wide dark bands. {turn} the bands of the plain rows (top, middle "
-        f"and bottom) {bands}, as here. The other rows carry the identity: there the bands jump."
-    )
+        f"Look at it from {build.look_m:g} m. You see wide dark bands. {turn} those of the plain rows (top, middle and "
+        f"bottom) {bands}, as here; in the other rows they jump."
+    ) + (run if build.badge.gratings[0].axis == "x" else "")
 
 
 def _cut(build: BuildPlan) -> str:

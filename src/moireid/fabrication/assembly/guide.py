@@ -129,7 +129,7 @@ def _draw_steps(sheet: PdfPage, found: list[Step]) -> None:
     needed = [TITLE_MM + LINE_MM * len(_lines(step.words, width - LEFT_MM - x, POINTS)) for step in found]
     spare = (height - TOP_MM - 12 - sum(needed)) / len(found)
     for number, (step, words_mm) in enumerate(zip(found, needed, strict=True), start=1):
-        tall = min(MOST_STEP_MM, words_mm + spare)
+        tall = max(words_mm, min(MOST_STEP_MM, words_mm + spare))
         step.draw(sheet, (LEFT_MM, top, LEFT_MM + PICTURE_MM, top + tall - STEP_GAP_MM))
         sheet.text(x, top + 4.5, f"{number}.  {step.title}", points=10.5, font=BOLD, align="left")
         paragraph(sheet, step.words, (x, top + TITLE_MM), width - LEFT_MM - x)
