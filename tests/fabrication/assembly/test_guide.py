@@ -12,6 +12,7 @@ import pypdfium2 as pdfium
 import pypdfium2.raw as raw
 import pytest
 
+from kit.drawn import geometry
 from moireid.badge import Badge
 from moireid.cli.printing.print_options import mount_figure
 from moireid.designer import Order, design_badge
@@ -100,6 +101,13 @@ def test_the_plate_is_of_true_size_and_its_lenses_are_upright(axes: str, tmp_pat
     found = pieces(badge)
     assert sorted(map(tuple, np.round(cut, 2))) == sorted(tuple(np.round(piece.size_mm, 2)) for piece in found)
     assert ("cut 3" in assembly_words) == (axes == "hex") and "must measure 100 mm" in assembly_words
+    # The sheet hides the outline it lies on: eight ticks a piece are beyond it, and cross none.
+    ticks = [
+        stroke
+        for stroke in geometry(tmp_path / "a.pdf", 2).strokes
+        if 3.9 < np.abs(np.subtract(*np.split(np.array(stroke), 2))).sum() < 4.1
+    ]
+    assert len(ticks) == 8 * len(found)
     if axes == "x":
         _, y0, _, y1 = badge.gratings[0].rect_mm
         assert found[0].size_mm == pytest.approx((146.0, y1 - y0))

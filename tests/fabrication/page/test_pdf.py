@@ -22,6 +22,7 @@ from moireid.badge import Badge, Cell, Rect
 from moireid.designer import Order, design_badge
 from moireid.fabrication.page import pdf as page
 from moireid.fabrication.page import preview
+from moireid.fabrication.page.canvas import PdfPage
 
 PAYLOAD = bytes.fromhex("0f38c1a2b3d4e5f6")
 #: Boards at the corners of what the designer accepts on each paper, and one in between.
@@ -175,6 +176,15 @@ def test_the_same_badge_gives_the_same_bytes_and_carries_its_fonts(badge: Badge,
     # Of the name, of the identity, and of what is printed next to the scale bars.
     assert content.count(b"/FontFile2") == content.count(b"/Type /FontDescriptor") == 3
     assert b"/BaseFont /Helvetica" not in content
+
+
+def test_black_of_artwork_is_written_as_grey(tmp_path: Path) -> None:
+    """Catches: black words as mixed colours, which printers set from three inks next to each other."""
+    sheet = PdfPage(tmp_path / "p.pdf", (100.0, 100.0), "page")
+    sheet.fill([(10.0, 10.0, 20.0, 20.0)], colour=(0.0, 0.0, 0.0))
+    sheet.fill([(30.0, 10.0, 40.0, 20.0)], colour=(1.0, 0.0, 0.0))
+    fills = [line for line in "\n".join(sheet.canvas._code).split("\n") if line.endswith((" g", " rg"))]
+    assert fills == ["0 g", "1 0 0 rg"]
 
 
 def test_markers_are_read_on_the_page_where_the_badge_says(badge: Badge, pdf: Path) -> None:

@@ -211,9 +211,8 @@ _PITCH: dict[Maker, str] = {
     "studio": "Measure the bars again. Then take another sheet, or ask the person who issued the badge.",
 }
 _CHECK: dict[Maker, str] = {
-    "command": "Film the badge for 8 seconds from {look_m:g} m, and move it 20 cm to and fro. Then run: "
-    "moireid verify FILM --badge badge.json. To keep how this badge was built: moireid enroll badge.json "
-    "--capture FILM.",
+    "command": "Film the badge for 8 seconds from {look_m:g} m, and move it 20 cm to and fro. First keep how it was "
+    "built: moireid enroll badge.json --capture FILM. Then check any later film: moireid verify FILM --claim NAME.",
     "studio": "Film the badge for 8 seconds from {look_m:g} m, and move it 20 cm to and fro. Then open Enroll in the "
     "studio and give it the film: it keeps how this badge was built. Verify in the studio checks any later film.",
 }

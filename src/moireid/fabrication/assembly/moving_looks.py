@@ -61,8 +61,9 @@ def _frame(badge: Badge, aside: float) -> Image.Image:
         draw.text((x, y + 3), words, INK, font)
         frame.paste(picture.resize((WIDE_PX, high)), (x, y + CAPTION_PX))
     reach = 0.4 * WIDE_PX
-    x, y = frame.width / 2 + reach * aside, frame.height - HEAD_PX / 2
-    draw.line((frame.width / 2 - reach, y, frame.width / 2 + reach, y), 170)
-    draw.ellipse((x - 9, y - 11, x + 9, y + 11), INK)
-    draw.text((GAP_PX, y - 8), "your head", INK, font)
+    middle, level = frame.width / 2, frame.height - HEAD_PX / 2
+    head = middle + reach * aside
+    draw.line((middle - reach, level, middle + reach, level), 170)
+    draw.ellipse((head - 9, level - 11, head + 9, level + 11), INK)
+    draw.text((GAP_PX, level - 8), "your head", INK, font)
     return frame

@@ -95,8 +95,9 @@ class PdfPage:
         return x * POINTS_PER_MM, (self.height_mm - y) * POINTS_PER_MM
 
     def _fill_with(self, grey: float, colour: Colour | None) -> None:
-        if colour is None:
-            self.canvas.setFillGray(grey)
+        # Printers set black from black ink alone only where it is a grey.
+        if colour is None or len(set(colour)) == 1:
+            self.canvas.setFillGray(grey if colour is None else colour[0])
         else:
             self.canvas.setFillColorRGB(*colour)
 
