@@ -71,6 +71,7 @@ def test_every_promised_file_is_there(folder: tuple[Path, package.PrintResult, l
         "badge.pdf",
         "preview.png",
         "preview.webp",
+        "fringes.webp",
         "assembly.pdf",
         "mount.step",
         "mount.stl",

@@ -25,10 +25,12 @@ from moireid.badge import Badge, Rect
 from moireid.errors import FabricationError
 from moireid.fabrication.assembly.assembly_words import BuildPlan, Maker
 from moireid.fabrication.assembly.guide import write_assembly_pdf
+from moireid.fabrication.assembly.moving_looks import write_looks
 from moireid.fabrication.mount_parts import Parts, plan_parts, shape_parts, write_parts
 from moireid.fabrication.package import (
     ASSEMBLY,
     BADGE_JSON,
+    LOOKS,
     PERSON_FILES,
     PrintResult,
     leftover_parts,
@@ -38,7 +40,14 @@ from moireid.fabrication.package import (
 )
 from moireid.fabrication.page.canvas import PdfPage
 from moireid.fabrication.page.marks import marks
-from moireid.fabrication.page.pdf import CROP_GAP_MM, draw_board, draw_mask, draw_scale_bars
+from moireid.fabrication.page.pdf import (
+    CROP_GAP_MM,
+    draw_bands,
+    draw_bands_alone,
+    draw_board,
+    draw_mask,
+    draw_scale_bars,
+)
 from moireid.fabrication.process_figures import MountFigures
 from moireid.files import AnyPath, as_path, whole_file
 from moireid.names import line_of
@@ -125,10 +134,13 @@ def write_sheets_pdf(
             if number % len(places) == 0:
                 sheet.origin_mm = (0.0, 0.0)
                 draw_scale_bars(sheet, block)
+                drawn = draw_bands(sheet, first, form, dot_mm, (*places[0], places[0][0] + x1 - x0, 0.0))
         sheet.origin_mm = (0.0, 0.0)
         if first.lens.kind == "mask":
             sheet.canvas.showPage()
             draw_mask(sheet, first, form, dot_mm, len(badges))
+        if not drawn:
+            draw_bands_alone(sheet, first, form, dot_mm)
         sheet.save()
     return -(-len(badges) // len(places)), len(places)
 
@@ -208,13 +220,14 @@ def print_event(
                 badges[0], parts.printed, parts.acrylic, parts.figures, maker, parts.mount_plan, for_all=True
             )
             write_assembly_pdf(build, aside / ASSEMBLY, solids.drawn)
+            write_looks(badges[0], aside / LOOKS)
             sheet_count, to_a_sheet = write_sheets_pdf(badges, aside / SHEETS, measured_scale=measured_scale)
             for done, _ in enumerate(people_made, start=1):
                 if progress:
                     progress(done, len(badges))
         # A byte order mark, by which spreadsheets know UTF-8.
         (aside / SUMMARY).write_text(_summary(names, badges, parts), encoding="utf-8-sig", newline="")
-    files_made = {name: folder / name for name in (SHEETS, ASSEMBLY, SUMMARY, *parts.files)}
+    files_made = {name: folder / name for name in (SHEETS, ASSEMBLY, SUMMARY, LOOKS, *parts.files)}
     folders = tuple(folder / name for name in names)
     return PrintResult(
         files_made, mass_g, mount_figures, parts.left_out, stale, spared, folders, sheet_count, to_a_sheet
@@ -224,7 +237,7 @@ def print_event(
 def event_files(badges: Sequence[Badge], parts: Parts) -> list[str]:
     """The files that an event of these badges and parts of a mount has, below its folder."""
     own = [f"{name}/{file}" for name in _folders(badges) for file in PERSON_FILES]
-    return [*own, *parts.files, ASSEMBLY, SHEETS, SUMMARY]
+    return [*own, *parts.files, ASSEMBLY, LOOKS, SHEETS, SUMMARY]
 
 
 def _folders(badges: Sequence[Badge]) -> list[str]:

@@ -16,6 +16,7 @@ from moireid.dots import on_dots
 from moireid.errors import SpecError
 from moireid.fabrication.assembly.assembly_words import BuildPlan, Maker
 from moireid.fabrication.assembly.guide import write_assembly_pdf
+from moireid.fabrication.assembly.moving_looks import write_looks
 from moireid.fabrication.mount_parts import PART_FILES, Parts, plan_parts, shape_parts, write_parts
 from moireid.fabrication.page.pdf import write_badge_pdf
 from moireid.fabrication.page.preview import write_preview, write_worn
@@ -26,8 +27,8 @@ if TYPE_CHECKING:
     from PIL import Image
 
 
-#: The moving preview.
-MOVING = "preview.webp"
+#: The moving preview; and how fringes look and run, right and wrong.
+MOVING, LOOKS = "preview.webp", "fringes.webp"
 BADGE_JSON = "badge.json"
 _SHEETS, ASSEMBLY = ("badge.pdf", "preview.png", MOVING), "assembly.pdf"
 
@@ -151,6 +152,7 @@ def print_badge(
         say(ASSEMBLY)
         build = BuildPlan(badge, parts.printed, parts.acrylic, parts.figures, maker, parts.mount_plan)
         write_assembly_pdf(build, aside / ASSEMBLY, solids.drawn)
+        write_looks(badge, aside / LOOKS)
         mass_g, mount_figures = write_parts(badge, parts, aside, say, solids, picture)
     return PrintResult({name: folder / name for name in names}, mass_g, mount_figures, parts.left_out, stale, spared)
 
@@ -250,7 +252,7 @@ def badge_file(badge: Badge) -> str:
 
 def file_names(parts: Parts) -> list[str]:
     """Names of the files of a badge's folder; badge.json is the last."""
-    return [*_SHEETS, ASSEMBLY, *parts.files, BADGE_JSON]
+    return [*_SHEETS, ASSEMBLY, LOOKS, *parts.files, BADGE_JSON]
 
 
 #: Files of each person's folder in an event.

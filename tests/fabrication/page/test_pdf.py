@@ -22,6 +22,7 @@ from moireid.badge import Badge, Cell, Rect
 from moireid.designer import Order, design_badge
 from moireid.fabrication.page import pdf as page
 from moireid.fabrication.page import preview
+from moireid.fabrication.page.canvas import PdfPage
 
 PAYLOAD = bytes.fromhex("0f38c1a2b3d4e5f6")
 #: Boards at the corners of what the designer accepts on each paper, and one in between.
@@ -124,7 +125,8 @@ def test_every_edge_on_the_page_is_where_the_badge_says(badge: Badge, drawn: Dra
 
     Tolerance: coordinates have six decimals of a point, and PDFium hands them over as float32: 0.02 um.
     """
-    black = sorted(rect for rect, grey in drawn.fills if grey == 0)
+    # The pitch bands are above the board (test_pitch_bands.py).
+    black = sorted(rect for rect, grey in drawn.fills if grey == 0 and rect[3] > badge.outline_mm[1])
     expected: list[Rect] = []
     for cell in badge.gratings[0].cells:
         x0, y0, x1, y1 = cell.rect_mm
@@ -137,6 +139,17 @@ def test_every_edge_on_the_page_is_where_the_badge_says(badge: Badge, drawn: Dra
 
 
 # The page round the lines.
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("form", ["dots", "vector"])
+def test_a_large_board_is_painted_whole_where_its_dots_are_fine(form: str, tmp_path: Path) -> None:
+    """Catches: all lines as one path, of which PDFium leaves out what is at the right from 1200 dpi on."""
+    made = design_badge(Order("Al", size_mm=(186.0, 230.0), range_m=(0.8, 2.5), form=form), PAYLOAD)
+    page.write_badge_pdf(made, tmp_path / "badge.pdf")
+    x0, y0, x1, y1 = (round(v / 25.4 * 1200) for v in made.gratings[0].rect_mm)
+    dark = raster(tmp_path / "badge.pdf", 1200)[y0 + 50 : y1 - 50 : 97, x0:x1] < 128
+    assert min(part.mean() for part in np.array_split(dark, 12, axis=1)) > 0.4
 
 
 @pytest.mark.claim("The page is true to scale and asks not to be scaled")
@@ -163,6 +176,15 @@ def test_the_same_badge_gives_the_same_bytes_and_carries_its_fonts(badge: Badge,
     # Of the name, of the identity, and of what is printed next to the scale bars.
     assert content.count(b"/FontFile2") == content.count(b"/Type /FontDescriptor") == 3
     assert b"/BaseFont /Helvetica" not in content
+
+
+def test_black_of_artwork_is_written_as_grey(tmp_path: Path) -> None:
+    """Catches: black words as mixed colours, which printers set from three inks next to each other."""
+    sheet = PdfPage(tmp_path / "p.pdf", (100.0, 100.0), "page")
+    sheet.fill([(10.0, 10.0, 20.0, 20.0)], colour=(0.0, 0.0, 0.0))
+    sheet.fill([(30.0, 10.0, 40.0, 20.0)], colour=(1.0, 0.0, 0.0))
+    fills = [line for line in "\n".join(sheet.canvas._code).split("\n") if line.endswith((" g", " rg"))]
+    assert fills == ["0 g", "1 0 0 rg"]
 
 
 def test_markers_are_read_on_the_page_where_the_badge_says(badge: Badge, pdf: Path) -> None:

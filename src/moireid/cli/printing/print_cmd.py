@@ -85,7 +85,8 @@ def print_command(
     print-your-badge and moireid print are the same program.
 
     The folder gets badge.pdf (the page to print at 100 %), preview.png and preview.webp (the badge as worn; the second
-    moves), assembly.pdf (how to build it), the files of a mount, and badge.json, which the other commands read.
+    moves), fringes.webp (how fringes run, right and wrong), assembly.pdf (how to build it), the files of a mount, and
+    badge.json, which the other commands read.
 
     The identity is a random number, so the same name printed twice gives two different badges: keep the folder, as
     badge.json is the only copy, and print the same badge another time by --again. The identity has 128 bits if badge
@@ -210,6 +211,8 @@ def print_one(
     entered = ", entered in the registry" if registry else ""
     lines = [f"Badge {badge.id} for {badge.name}{entered}:", *(f"  {path}" for path in printed.files.values())]
     lines += ["Print badge.pdf at 100 % and follow assembly.pdf.", f"On the card: {front_words(badge)}."]
+    if not order.ink_growth_um:
+        lines.append("The printer's ink growth is taken as 0: moireid first-badge measures it, and the sheet.")
     lines.append(f"What to buy: moireid materials --badge {printed.files['badge.json']}")
     document = {
         "id": badge.id,

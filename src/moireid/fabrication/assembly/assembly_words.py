@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Literal
 
 from moireid.badge import Badge, CodedFrame
 from moireid.fabrication.assembly import sketches
+from moireid.fabrication.page.pitch_bands import look_m
 from moireid.fabrication.process_figures import MountFigures
 from moireid.fabrication.sight import has_turned, sheet_pieces
 from moireid.frames import Axis
@@ -70,8 +71,7 @@ class BuildPlan:
     @property
     def look_m(self) -> float:
         """From how far to look and to film, m: 1 m where the badge is read from there."""
-        near, far = self.badge.range_m or (1.0, 1.0)
-        return max(near, math.floor(10 * min(max(1.0, near), far) + 1e-9) / 10)
+        return look_m(self.badge)
 
     @property
     def glued(self) -> bool:
@@ -156,11 +156,18 @@ def steps(build: BuildPlan) -> list[Step]:
     found = [
         Step("Print it, and measure it", _MEASURE[build.maker], sketches.measure),
         Step(
+            f"Try the uncut {front} on the five bands above the badge",
+            f"{_TRY_MASK if mask else _TRY} From {build.look_m:g} m, one band has no stripes. 0: right. +1 or −1 %: "
+            "the badge works. +3 or −3 %: the page was scaled, or the sheet has another pitch. "
+            f"{_PITCH[build.maker]}",
+            partial(sketches.bands, badge),
+        ),
+        Step(
             "Cut",
             f"Cut the badge out along the corner marks. {_cut(build)}",
             partial(sketches.cut, badge),
         ),
-        Step("Lay", f"Lay {lay}. {free}.", partial(sketches.lay, badge)),
+        Step("Lay", f"Press a curled card flat first. Lay {lay}. {free}.", partial(sketches.lay, badge)),
     ]
     turn = f"Turn the {front} until the bands are upright" if upright else "Turn it until the bands follow the lines"
     looks = [
@@ -175,10 +182,10 @@ def steps(build: BuildPlan) -> list[Step]:
             partial(sketches.fringes, badge, (sketches.LEANING,)),
         ),
         Step(
-            "Are they much too wide, or too narrow?",
-            f"Compare with preview.png. If they are twice or half as wide (left, right), the {front} has another pitch "
-            f"than its label says, or the print has another size. {_PITCH[build.maker]}",
-            partial(sketches.fringes, badge, sketches.PITCH),
+            "Do they run the other way, or are they too wide?",
+            f"If they run the other way (left) or are twice as wide (right), {front} and print do not fit each other: "
+            "see step 2. All looks move in fringes.webp.",
+            partial(sketches.fringes, badge, (sketches.MIRRORED, sketches.WIDE)),
         ),
     ]
     # The stops of a tray set the angle, so that there is nothing to turn.
@@ -203,6 +210,11 @@ _LEANING_IN_TRAY = (
     "Push card and sheet down and to the left again. If the bands still lean, an edge that lies at a stop is not "
     "straight: cut the card anew along its marks, or the sheet along a groove between two ribs."
 )
+_TRY = (
+    "Peel off its film, wipe off dust. A fingernail feels its ribs: they go up, and upright. No stripes at all: it is "
+    "upside down."
+)
+_TRY_MASK = "Lay the acrylic there, and the film on it, printed side down, its lines upright."
 _LAY = "the lens sheet on the striped field: ribs up, and along the printed lines"
 _LAY_PIECES = "each piece of lens sheet on its striped field: ribs up, and along the printed lines"
 _LAY_MASK = "the acrylic on the striped field, and the film on it, printed side down"
@@ -220,9 +232,8 @@ _PITCH: dict[Maker, str] = {
     "studio": "Measure the bars again. Then take another sheet, or ask the person who issued the badge.",
 }
 _CHECK: dict[Maker, str] = {
-    "command": "Film the badge for 8 seconds from {look_m:g} m, and move it 20 cm to and fro. Then run: "
-    "moireid verify FILM --badge badge.json. To keep how this badge was built: moireid enroll badge.json "
-    "--capture FILM.",
+    "command": "Film the badge for 8 seconds from {look_m:g} m, and move it 20 cm to and fro. First keep how it was "
+    "built: moireid enroll badge.json --capture FILM. Then check any later film: moireid verify FILM --claim NAME.",
     "studio": "Film the badge for 8 seconds from {look_m:g} m, and move it 20 cm to and fro. Then open Enroll in the "
     "studio and give it the film: it keeps how this badge was built. Verify in the studio checks any later film.",
 }
@@ -230,10 +241,11 @@ _CHECK: dict[Maker, str] = {
 
 def _seen(build: BuildPlan, turn: str, bands: str) -> str:
     """What a builder sees, and until when to turn."""
+    run = f" Move your head to the right: they run to the {'right' if sketches.runs_right(build.badge) else 'left'}."
     return (
-        f"Look at it from {build.look_m:g} m. You see wide dark bands. {turn} the bands of the plain rows (top, middle "
-        f"and bottom) {bands}, as here. The other rows carry the identity: there the bands jump."
-    )
+        f"Look at it from {build.look_m:g} m. You see wide dark bands. {turn} those of the plain rows (top, middle and "
+        f"bottom) {bands}, as here; in the other rows they jump."
+    ) + (run if build.badge.gratings[0].axis == "x" else "")
 
 
 def _cut(build: BuildPlan) -> str:

@@ -19,6 +19,7 @@ from moireid.fabrication.assembly.assembly_words import BuildPlan, Step
 from moireid.fabrication.assembly.exploded import Part, Piece, draw_exploded, plain_parts
 from moireid.fabrication.page.canvas import BOLD, POINTS_PER_MM, REGULAR, PdfPage
 from moireid.fabrication.page.lettering import set_name
+from moireid.fabrication.page.pdf import crop_marks
 from moireid.fabrication.sight import sheet_pieces
 from moireid.fabrication.text.shaping import shape_line
 from moireid.files import whole_file
@@ -38,6 +39,8 @@ STEPS_ACROSS, PICTURE_MM = 3, (14.0, 42.0)
 NAME_MM = 150.0
 #: On the plate: gap between pieces, distance of the lines that sketch lenses, and length of the scale bar.
 GAP_MM, LENSES_MM, SCALE_MM = 14.0, 6.0, 100.0
+#: Length of the ticks at a piece's corners, mm.
+TICK_MM = 4.0
 #: What printers leave white around a page; a piece wider than what is left lies on the paper turned, mm.
 RIM_MM = 6.0
 
@@ -235,12 +238,13 @@ def draw_plates(sheet: PdfPage, badge: Badge, left_mm: float, top_mm: float) -> 
         width, height = height, width
     # A piece as wide as the paper's printable part takes the room of the margins too.
     left = max(RIM_MM, min(left_mm, (width - widest) / 2))
-    for page in placed(found, (left, top_mm + 22, width - RIM_MM, height - 24)):
+    for page in placed(found, (left, top_mm + 27, width - RIM_MM, height - 24)):
         sheet.turn_page((width, height))
         sheet.text(left_mm, top_mm, "The lens sheet, in true size", points=16, font=BOLD, align="left")
         lines = (
-            "Print at 100 %. Lay the sheet on this page, ribs up, so that its ribs run as the thin lines do.",
-            "Cut along the dashed lines: no wider, and at most 0.2 mm narrower.",
+            "Print at 100 %. Lay the sheet on this page, ribs up, so that its ribs run as the thin lines do. Mark it",
+            "where the ticks beyond it point. Along the ribs score in a groove, and bend; across them cut at a steel",
+            "ruler, square to the ribs. Measure across: no wider than here, and at most 0.2 mm narrower.",
         )
         for k, line in enumerate(lines):
             sheet.text(left_mm, top_mm + 7 + 5 * k, line, points=9, align="left")
@@ -256,6 +260,9 @@ def _draw_piece(sheet: PdfPage, piece: SheetPiece, corner: Point) -> None:
     for x in _between(corner[0], wide):
         sheet.path([(x, corner[1]), (x, corner[1] + tall)], None, 0.8, closed=False)
     sheet.path(drawn, None, 0.0, dash_mm=2.0)
+    # The sheet hides its outline, and so the marks are beyond it.
+    for mark in crop_marks((corner[0], corner[1], corner[0] + wide, corner[1] + tall), TICK_MM):
+        sheet.stroke(*mark)
     words = f"{piece.name}, {wide:.1f} × {tall:.1f} mm"
     middle = corner[0] + wide / 2, corner[1] + tall / 2
     half = sheet.text_width_mm(words, 10) / 2 + 2
@@ -264,7 +271,7 @@ def _draw_piece(sheet: PdfPage, piece: SheetPiece, corner: Point) -> None:
         sheet.path([(x0, y0), (x1, y0), (x1, y1), (x0, y1)], 1.0, None)
         sheet.text(*middle, words, points=10)
     else:
-        sheet.text(corner[0], corner[1] + tall + 5, words, points=8, align="left")
+        sheet.text(corner[0] + 1, corner[1] + tall + 5, words, points=8, align="left")
 
 
 def _between(low: float, length: float) -> list[float]:

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +21,7 @@ from PIL import Image
 from moireid.badge import Badge, Grating, Point, Rect
 from moireid.fabrication.page.canvas import PdfPage
 from moireid.fabrication.page.marks import INK, PAPER
+from moireid.fabrication.page.pitch_bands import look_m, pitch_bands
 from moireid.fabrication.page.preview import lines_over, rays_landed_mm, smooth_light, view_mm
 from moireid.fabrication.sight import corners_in_frame, has_turned, in_frame, sheet_pieces
 from moireid.frames import own_rect
@@ -29,18 +31,20 @@ PX_PER_MM, RAYS = 1.2, 8
 Array = NDArray[np.float64]
 #: Turn of a sheet that was placed by eye: its fringes lean clearly.
 LEANING_DEG = 0.5
-#: Fringes of a sheet whose pitch is not the label's: so many times as many, and so many times as few.
-NARROWER, WIDER = 1.7, 0.5
+#: Fringes of a sheet whose pitch is not the label's, over those of the design; below 0 they run the other way.
+WIDER, OTHER_WAY = 0.45, -1.0
 Draw = Callable[[PdfPage, Rect], None]
 #: A picture's gap to the next one, and the reach of an arrow's head, mm.
 GAP_MM, HEAD_MM = 3.0, 1.6
+#: Room for the arrow below a picture of fringes; paper above a board where bands have all their height, mm.
+ARROW_MM, ROOM_ABOVE_MM = 3.5, 50.0
 
 
-def fringe_picture(badge: Badge, *, turned_deg: float = 0.0, beats: float = 1.0) -> Image.Image:
+def fringe_picture(badge: Badge, *, turned_deg: float = 0.0, beats: float = 1.0, aside_mm: float = 0.0) -> Image.Image:
     """The first grating under its sheet, grey, its axis across: as it looks from `view_mm` before its middle.
 
     Parameters: turned_deg: how far the sheet is turned on the page; beats: how many times as many fringes as designed
-        the sheet shows, because its pitch is not the label's.
+        the sheet shows, because its pitch is not the label's; aside_mm: how far the eye is from there along the axis.
     Source: `lenticule.trace_mm`, or `optics.slab_shift_mm` for a mask.
     """
     first = badge.gratings[0]
@@ -50,18 +54,20 @@ def fringe_picture(badge: Badge, *, turned_deg: float = 0.0, beats: float = 1.0)
     size = (max(2, round((y1 - y0) * scale)), max(2, round((x1 - x0) * scale)))
     rows, columns = np.meshgrid(*(np.arange(n) + 0.5 for n in size), indexing="ij")
     own = np.stack([x0 + columns / scale, y0 + rows / scale], axis=-1)
-    light = _light(badge, first, own, math.radians(turned_deg), _pitch_mm(badge, first, beats))
+    light = _light(badge, first, own, math.radians(turned_deg), _pitch_mm(badge, first, beats), aside_mm)
     return Image.fromarray((INK + (PAPER - INK) * light).astype(np.uint8))
 
 
-def _light(badge: Badge, grating: Grating, own: Array, turn_rad: float, pitch_mm: float) -> Array:
+def _light(
+    badge: Badge, grating: Grating, own: Array, turn_rad: float, pitch_mm: float, aside_mm: float = 0.0
+) -> Array:
     """Brightness, 0 to 1, of pixels at own places (..., 2) of a grating, its sheet turned about the field's middle."""
     x0, y0, x1, y1 = own_rect(grating.axis, grating.rect_mm)
     across, along = own[..., 0], own[..., 1]
     # Across the lenses, from the middle; and the axis of the lens above each pixel.
     over = (across - (x0 + x1) / 2) * math.cos(turn_rad) + (along - (y0 + y1) / 2) * math.sin(turn_rad)
     lens_axis = np.round(over / pitch_mm) * pitch_mm
-    place, rays = across + (lens_axis - over) * math.cos(turn_rad), _landed_mm(badge, lens_axis)
+    place, rays = across + (lens_axis - over) * math.cos(turn_rad), _landed_mm(badge, lens_axis, aside_mm)
     if is_smooth(grating):
         lines = lines_over(badge.lens, grating, place, along)
         return smooth_light(lines, grating, list(np.moveaxis(rays, -1, 0)))
@@ -82,10 +88,10 @@ def _pitch_mm(badge: Badge, grating: Grating, beats: float) -> float:
     return order / (lines - beats * (lines - order * lenses))
 
 
-def _landed_mm(badge: Badge, lens_axis: Array) -> Array:
+def _landed_mm(badge: Badge, lens_axis: Array, aside_mm: float) -> Array:
     """Where the rays of each pixel's lens land, from that lens's axis, mm: (rows, columns, rays)."""
     axes, index = np.unique(lens_axis, return_inverse=True)
-    landed = rays_landed_mm(badge.lens, (axes / view_mm(badge))[:, None], RAYS)
+    landed = rays_landed_mm(badge.lens, ((axes - aside_mm) / view_mm(badge))[:, None], RAYS)
     return landed[index.reshape(lens_axis.shape)]
 
 
@@ -192,18 +198,40 @@ def lay(badge: Badge, sheet: PdfPage, area: Rect) -> None:
     arrow(sheet, (x + 8.5, y - 6), (x + 2, y - 3.5))
 
 
+def runs_right(badge: Badge, beats: float = 1.0) -> bool:
+    """Whether the fringes of the first grating run to the right, along its axis, as the eye moves to the right.
+
+    Source: x where the phase of `optics.fringe_phase_rad` stays: dx/dCx = (g_eff / (p_r Cz)) / f_b, f_b as `_pitch_mm`.
+    """
+    lines, lenses = 1 / badge.gratings[0].pitch_mm, 1 / badge.lens.pitch_mm
+    return beats * (lines - max(1, round(lines / lenses)) * lenses) > 0
+
+
 def fringes(badge: Badge, looks: Sequence[dict[str, float]], sheet: PdfPage, area: Rect) -> None:
-    """The fringes that are seen, one picture a look (`fringe_picture`'s parameters)."""
-    pictures = [fringe_picture(badge, **look) for look in looks]
-    wide = (area[2] - area[0] - GAP_MM * (len(pictures) - 1)) / len(pictures)
-    for k, picture in enumerate(pictures):
-        _place(sheet, picture, (area[0] + k * (wide + GAP_MM), area[1], wide, area[3] - area[1]))
+    """The fringes that are seen, one picture a look (`fringe_picture`'s parameters), and which way they run."""
+    wide = (area[2] - area[0] - GAP_MM * (len(looks) - 1)) / len(looks)
+    for k, look in enumerate(looks):
+        left = area[0] + k * (wide + GAP_MM)
+        _place(sheet, fringe_picture(badge, **look), (left, area[1], wide, area[3] - area[1] - ARROW_MM))
+        middle, y, half = left + wide / 2, area[3] - ARROW_MM / 2, wide / 5
+        way = 1 if runs_right(badge, look.get("beats", 1.0)) else -1
+        arrow(sheet, (middle - way * half, y), (middle + way * half, y))
 
 
-#: The looks that a builder meets: as it should be; turned; of too few and of too many fringes.
+def bands(badge: Badge, sheet: PdfPage, area: Rect) -> None:
+    """The pitch bands under the sheet of the design, from `look_m`."""
+    x0, _, x1, _ = badge.outline_mm
+    found = pitch_bands(badge, (x0, ROOM_ABOVE_MM, x1, ROOM_ABOVE_MM))
+    assert found is not None
+    seen = fringe_picture(replace(badge, gratings=(found,), range_m=(look_m(badge), look_m(badge))))
+    _place(sheet, seen, (area[0], area[1], area[2] - area[0], area[3] - area[1]))
+
+
+#: The looks that a builder meets: as it should be; turned; running the other way; of too few fringes.
 GOOD: dict[str, float] = {}
 LEANING: dict[str, float] = {"turned_deg": LEANING_DEG}
-PITCH: tuple[dict[str, float], ...] = ({"beats": WIDER}, {"beats": NARROWER})
+MIRRORED: dict[str, float] = {"beats": OTHER_WAY}
+WIDE: dict[str, float] = {"beats": WIDER}
 
 
 def _place(sheet: PdfPage, picture: Image.Image, room: tuple[float, float, float, float]) -> None:

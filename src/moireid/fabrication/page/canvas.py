@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -20,10 +20,14 @@ from moireid.fabrication.text.fonts import plot_fonts
 from moireid.fabrication.text.pdf_text import draw_line
 from moireid.fabrication.text.shaping import ShapedLine
 
+T = TypeVar("T")
 POINTS_PER_MM = 72.0 / 25.4
 REGULAR, BOLD = "MoireidSans", "MoireidSans-Bold"
 #: Width of a single line, and of a path's, mm.
 HAIRLINE_MM, PATH_LINE_MM = 0.1, 0.15
+#: Height of all that one filled path holds, mm.  PDFium drops what comes after 4,194,304 crossings of borders with rows
+#: of pixels in a path (1024 blocks of 4096 cells), two a row: 22 m at 2400 dpi.
+MOST_PATH_MM = 10_000.0
 
 
 @cache
@@ -91,8 +95,9 @@ class PdfPage:
         return x * POINTS_PER_MM, (self.height_mm - y) * POINTS_PER_MM
 
     def _fill_with(self, grey: float, colour: Colour | None) -> None:
-        if colour is None:
-            self.canvas.setFillGray(grey)
+        # Printers set black from black ink alone only where it is a grey.
+        if colour is None or len(set(colour)) == 1:
+            self.canvas.setFillGray(grey if colour is None else colour[0])
         else:
             self.canvas.setFillColorRGB(*colour)
 
@@ -105,7 +110,10 @@ class PdfPage:
         from reportlab.lib.rl_accel import fp_str
         from reportlab.pdfgen.pathobject import PDFPathObject
 
-        x0, y0, x1, y1 = np.asarray(rects, float).reshape(-1, 4).T
+        rects = np.asarray(rects, float).reshape(-1, 4)
+        # From left to right, so that two paths meet where lines have white between them.
+        rects = rects[np.argsort(rects[:, 0], kind="stable")]
+        x0, y0, x1, y1 = rects.T
         numbers = np.stack([x0, self.height_mm - y1, x1 - x0, y1 - y0], axis=-1) * POINTS_PER_MM
         # Rectangles on a printer's dots share most of their numbers, and each takes a microsecond or more to write.
         distinct, places = np.unique(numbers, return_inverse=True)
@@ -113,7 +121,14 @@ class PdfPage:
         columns = [[written[place] for place in column] for column in places.reshape(-1, 4).T.tolist()]
         lines = [f"{x} {y} {wide} {high} re" for x, y, wide, high in zip(*columns, strict=True)]
         self._fill_with(grey, colour)
-        self.canvas.drawPath(PDFPathObject(code=["n", *lines] if lines else []), stroke=0, fill=1)
+        for part in _parts(lines, (y1 - y0).tolist()):
+            self.canvas.drawPath(PDFPathObject(code=["n", *part]), stroke=0, fill=1)
+
+    def fill_loops(self, loops: Sequence[Sequence[tuple[float, float]]]) -> None:
+        """Fill loops in black that do not lie on each other, given as they are drawn, scale included, mm."""
+        heights = [max(y for _, y in loop) - min(y for _, y in loop) for loop in loops]
+        for first, *others in _parts(loops, heights):
+            self.path(first, 0.0, None, holes=others)
 
     def path(
         self,
@@ -210,3 +225,16 @@ class PdfPage:
         """Finish the page and write the file."""
         self.canvas.showPage()
         self.canvas.save()
+
+
+def _parts(drawn: Sequence[T], heights_mm: Sequence[float]) -> list[list[T]]:
+    """What is drawn, in parts that each fit one path (`MOST_PATH_MM`)."""
+    parts: list[list[T]] = []
+    room_mm = 0.0
+    for one, height_mm in zip(drawn, heights_mm, strict=True):
+        if not parts or height_mm > room_mm:
+            parts.append([])
+            room_mm = MOST_PATH_MM
+        parts[-1].append(one)
+        room_mm -= height_mm
+    return parts

@@ -24,12 +24,14 @@ from moireid.dots import INSET_DOTS, ink_growth_mm, nearest_dot
 from moireid.errors import SpecError
 from moireid.fabrication.page.canvas import POINTS_PER_MM, PdfPage
 from moireid.fabrication.page.marks import Mark, draw_marks, marker_marks, marks
+from moireid.fabrication.page.pitch_bands import ERRORS, look_m, pitch_bands
 from moireid.fabrication.page.smooth_page import draw_smooth_lines
 from moireid.fabrication.sight import sheet_rects
 from moireid.files import AnyPath, as_path, whole_file
 from moireid.frames import Axis, own_rect
 from moireid.layers import is_smooth
 from moireid.profiles import FORMS, find_printer
+from moireid.sheets import MM_PER_INCH
 
 CROP_MARK_MM = 6.0
 CROP_GAP_MM = 2.0
@@ -151,9 +153,12 @@ def write_badge_pdf(
         if write_words:
             write_words(sheet, badge)
         draw_scale_bars(sheet, board, badge.range_m)
+        drawn = write_words is not None or draw_bands(sheet, badge, form, dot_mm, board)
         if badge.lens.kind == "mask":
             sheet.canvas.showPage()
             draw_mask(sheet, badge, form, dot_mm)
+        if not drawn:
+            draw_bands_alone(sheet, badge, form, dot_mm)
         sheet.save()
 
 
@@ -193,11 +198,40 @@ def draw_lines(sheet: PdfPage, badge: Badge, grating: Grating, form: str, dot_mm
     lines = [line for cell in grating.cells for line in dark_lines(grating, cell, ink_mm)]
     if not isinstance(grating.axis, str):
         frame = badge.frame_of(grating)
-        first, *others = ([sheet.place(x, y) for x, y in frame.corners_mm(line).tolist()] for line in lines)
-        sheet.path(first, 0.0, None, holes=others)
+        sheet.fill_loops([[sheet.place(x, y) for x, y in frame.corners_mm(line).tolist()] for line in lines])
         return
     drawn = [(*sheet.place(x0, y0), *sheet.place(x1, y1)) for x0, y0, x1, y1 in lines]
     sheet.fill_drawn(drawn if form == "vector" else [on_dots(line, grating.axis, dot_mm) for line in drawn])
+
+
+def draw_bands(sheet: PdfPage, badge: Badge, form: str, dot_mm: float, board: Rect) -> bool:
+    """Draw the pitch bands with their labels above a board on the sheet; False, and nothing, where there is no room."""
+    bands = pitch_bands(badge, board)
+    if bands is None:
+        return False
+    draw_lines(sheet, badge, bands, form, dot_mm, ink_growth_mm(badge))
+    for cell, error in zip(bands.cells, ERRORS, strict=True):
+        x0, y0, x1, y1 = cell.rect_mm
+        baseline, lines_per_inch = (y0 + y1) / 2 + 0.9, MM_PER_INCH / badge.lens.pitch_mm / (1 + error)
+        sheet.text(x0 - 1.5, baseline, _signed(error), points=SMALL_POINTS, align="right")
+        sheet.text(x1 + 1.5, baseline, f"{lines_per_inch:.1f} LPI", points=SMALL_POINTS, align="left")
+    what = "film and acrylic" if badge.lens.kind == "mask" else "the uncut lens sheet, ribs up and upright"
+    words = f"First lay {what}, here. From {look_m(badge):g} m the band without stripes shows its pitch; 0 is right."
+    sheet.text(sheet.page_mm[0] / 2, bands.rect_mm[1] - 1.5, words, points=SMALL_POINTS)
+    return True
+
+
+def _signed(error: float) -> str:
+    return f"{100 * error:+.0f} %".replace("-", "−") if error else "0"
+
+
+def draw_bands_alone(sheet: PdfPage, badge: Badge, form: str, dot_mm: float) -> None:
+    """A page with the pitch bands alone, for boards that leave them no room."""
+    sheet.canvas.showPage()
+    x0, _, x1, _ = badge.outline_mm
+    middle = sheet.page_mm[0] / 2
+    draw_bands(sheet, badge, form, dot_mm, (middle - (x1 - x0) / 2, sheet.page_mm[1] / 2, middle + (x1 - x0) / 2, 0.0))
+    draw_scale_bars(sheet, badge.outline_mm)
 
 
 def draw_mask(sheet: PdfPage, badge: Badge, form: str, dot_mm: float, count: int = 1) -> None:

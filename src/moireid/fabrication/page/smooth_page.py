@@ -35,9 +35,7 @@ def draw_smooth_lines(
     if form == "vector" or not isinstance(grating.axis, str):
         lines = zip(edges.swapaxes(0, 1), whole.T, strict=True)
         outlines = [_outline(across[seen], line[seen]) for line, seen in lines if np.count_nonzero(seen) > 1]
-        paths = [[sheet.place(x, y) for x, y in frame.on_page(one).tolist()] for one in outlines]
-        if paths:
-            sheet.path(paths[0], 0.0, None, holes=paths[1:])
+        sheet.fill_loops([[sheet.place(x, y) for x, y in frame.on_page(one).tolist()] for one in outlines])
         return
     # A badge may lie anywhere on a sheet that may be scaled, and dots are the sheet's.
     origin, unit = np.array(sheet.place(0.0, 0.0)), np.array(sheet.place(1.0, 1.0))
