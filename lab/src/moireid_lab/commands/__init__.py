@@ -2,6 +2,7 @@
 
 lab_cmd.py        the group `moireid lab`
 bench_cmd.py      bench
+cost_cmd.py       cost
 evaluate_cmd.py   evaluate
 film_set_cmd.py   film-set
 generator_cmd.py  generator-kit
