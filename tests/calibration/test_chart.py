@@ -93,7 +93,7 @@ def test_the_description_reads_back_and_repeats(tmp_path):
         print_chart(chart, tmp_path / lens, overwrite=True)
         assert load_badge(tmp_path / lens / JSON) == chart and chart.id is None
     before = (tmp_path / "60lpi" / PDF).read_bytes()
-    with pytest.raises(SpecError, match="--overwrite"):
+    with pytest.raises(SpecError, match="overwrite=True"):
         print_chart(chart, tmp_path / "60lpi")
     print_chart(chart, tmp_path / "60lpi", overwrite=True)
     assert (tmp_path / "60lpi" / PDF).read_bytes() == before

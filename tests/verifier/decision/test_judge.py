@@ -195,6 +195,9 @@ def test_a_lens_that_the_film_does_not_show_is_asked_for(gain, verdict):
     assert ("lens" in levels(outcome)) == (verdict == "inconclusive")
     assert judge([replace(film, lens_room=(1.0, 1.0))], BUILT).verdict == "reject"
     assert judge([replace(true_film(), lens_room=(0.2, 2.0))]).verdict == "accept"
+    # Before rays that may be parallel, a badge that tilts the other way looks the same; one that stays still does not.
+    parallel = judge([replace(film, parallel=True)], BUILT)
+    assert parallel.verdict == ("reject" if gain == 0.05 else "inconclusive")
 
 
 def test_a_still_print_is_no_thin_sheet_before_the_longest_lens():

@@ -21,7 +21,7 @@ from moireid.verifier.camera.fast_poses import lasting_error_px, slow_to_fast
 from moireid.verifier.camera.map_search import unzoomed, zoom_path
 from moireid.verifier.camera.plane_pose import PlanePoses
 from moireid.verifier.camera.self_calibration import FilmWide
-from moireid.verifier.limits import MAX_LASTING_PX
+from moireid.verifier.limits import LENS_RATIOS, MAX_LASTING_PX
 from moireid.verifier.measuring import FOCAL_RANGE_RATIO, LENS_MODEL_SD_SHARE
 
 Array = NDArray[np.float64]
@@ -49,7 +49,8 @@ class CameraFit:
     and focal length are in px of the height; print_aspect: height over width of the print, over those of the design;
     lasting_px: error that one camera leaves over many frames (`fast_poses`); slow_to_fast: as there; log_zoom (T,):
     logarithm of the zoom within the film, over its mean; twist_per_m: of the page (`page_shape`); cuts (T,): frames
-    before which the picture jumps; focal_span_px, shown: as in `FilmCamera`.
+    before which the picture jumps; focal_span_px, shown: as in `FilmCamera`; parallel: whether the film does not
+    exclude the longest lens, whose rays are next to parallel: a plane's tilts of either sign look alike to it.
     """
 
     camera_mm: Array
@@ -74,6 +75,7 @@ class CameraFit:
     tangent_shape: tuple[float, float] = (0.0, 0.0)
     focal_span_px: tuple[float, float] = (0.0, 0.0)
     shown: dict[str, float] = field(default_factory=dict)
+    parallel: bool = False
 
     @property
     def lens_room(self) -> tuple[float, float]:
@@ -133,6 +135,7 @@ def fit_camera(
         tangent_shape,
         film.focal_span_px,
         film.shown,
+        camera is None and film.focal_span_px[1] >= 0.99 * LENS_RATIOS[1] * max(image_px),
     )
 
 

@@ -189,6 +189,7 @@ def compare(
         # With such a gain it is not accepted; whether it is rejected is asked of the law's shape, with any gain that
         # some build and some camera can give.
         least, most = sheet.possible(signal.lens_room)
+        least = -most if signal.parallel else least
         shape = HonestModel(series, (min(reach[0], least - vague), max(reach[1], most + vague)))
     shaped = shape.fit(series.measured_rad[:, None]).residual_rad[:, 0]
     deviation = deviation_rad(shaped, series.step_s, series.within_rad)

@@ -118,7 +118,8 @@ def gain(moving: Sequence[tuple[GratingSignal, GratingComparison]], sheet: Sheet
         possible = min(low, possible[0]), max(high, possible[1])
     if not prove:
         possible = (-math.inf, math.inf)
-    found = gain_reason(wrong.gain_ratio, wrong.gain_sd, sheet, possible, wrong.air_sd)
+    either_way = any(signal.parallel for signal, _ in moving)
+    found = gain_reason(wrong.gain_ratio, wrong.gain_sd, sheet, possible, wrong.air_sd, either_way=either_way)
     lens = lens_reason(wrong.gain_ratio, wrong.gain_sd, sheet, lens_room) if found.level == "undecided" else None
     return [found] if lens is None else [found, lens]
 

@@ -122,18 +122,26 @@ def _handled(badge: Badge) -> tuple[float, float]:
 
 
 def gain_reason(
-    gain: float, gain_sd: float, sheet: SheetGain, possible: tuple[float, float], air_sd: float = 0.0
+    gain: float,
+    gain_sd: float,
+    sheet: SheetGain,
+    possible: tuple[float, float],
+    air_sd: float = 0.0,
+    *,
+    either_way: bool = False,
 ) -> Reason:
     """Pass within the room; fail by three error bars beyond what is possible at all; else inconclusive.
 
     The finding's limit is half the width of the room; of a failure, the gain that is the last possible one.
 
     Parameters: gain, gain_sd: over what is expected; possible: as `SheetGain.possible`, or wider where there is doubt;
-        air_sd: the part of gain_sd that is owed to air, whose share a forger may choose.
+        air_sd: the part of gain_sd that is owed to air, whose share a forger may choose; either_way: whether the film
+        does not show in which direction the fringes should move (`CameraFit.parallel`), so that backwards is no proof.
     """
     sd = math.hypot(gain_sd, gain * sheet.sd)
     low, high = sheet.room_for(gain_sd)
     least, most = possible
+    seen = abs(gain) if either_way else gain
     beyond = limits.GAIN_REJECTED_SDS * sd
     shown, limit = sheet.expected * gain, (high - low) / 2
     words = f"The fringes move {shown:.3f} ± {sheet.expected * gain_sd:.3f} times as far as they should by design"
@@ -142,13 +150,13 @@ def gain_reason(
     level: Level = "undecided"
     if low <= gain <= high and not vague:
         level, text = "pass", f"{words}; a real badge gives {sheet.span(limit)}."
-    elif not least - beyond <= gain <= most + beyond:
-        bound = least - beyond if gain < least else most + beyond
+    elif not least - beyond <= seen <= most + beyond:
+        bound = least - beyond if seen < least else most + beyond
         level, limit = "fail", bound
-        whose, other = "this badge" if sheet.built else "a badge of any build", "less" if gain < least else "more"
+        whose, other = "this badge" if sheet.built else "a badge of any build", "less" if seen < least else "more"
         text = f"{words}; {whose}, seen through any lens that the film allows, gives no {other} than "
         text += f"{sheet.expected * bound:.2g}, three error bars included."
-    elif vague:
+    elif vague or gain < 0:
         limit += beyond
         text = "How far the fringes move is too uncertain to decide. Give the camera's focal length, or film from the "
         text += "front and with more motion."

@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 IN_TIME = ("measured_rad", "predicted_rad", "air_rad", "phase_rad", "phase_sd_rad", "times_s")
 BEYOND_IN_TIME = ("law_rad", "overtone", "place_px", "expected")
 #: Fields of a signal of which the whole has the greatest, and the mean, of its chapters'.
-GREATEST = ("tangent_sd", "shape_sd_rad", "focal_at_limit", "lasting_px", "doubt", "zoom", "mixed_share")
+GREATEST = ("tangent_sd", "shape_sd_rad", "focal_at_limit", "parallel", "lasting_px", "doubt", "zoom", "mixed_share")
 MEAN = ("rounding_rad", "stray_share", "covered_share", "held_share", "aside_share")
 
 
@@ -83,7 +83,7 @@ class GratingSignal:
     median over its strips; covered_share: share of strips and frames that something covers; held_share: share of
     frames in which something covers a marker or a part of the frame; stray_share: share of frames whose markers do not
     lie as on a flat page, so that their poses are left out;
-    focal_at_limit, lasting_px, zoom: as in `CameraFit`; doubt: by how much small markers may err more than
+    focal_at_limit, parallel, lasting_px, zoom: as in `CameraFit`; doubt: by how much small markers may err more than
     the error bars say, 1 for others; mixed_share: as in `mixed_frames`; beyond: what the film shows apart from the
     phase, None if it is not known; phase_rad: the measured phase with one phase constant for all stretches, as
     `measured_rad` if none is given; lens_room: as in `CameraFit`; air_rad: what is added to predicted_rad if the sheet
@@ -108,6 +108,7 @@ class GratingSignal:
     aside_share: float = 0.0
     stray_share: float = 0.0
     focal_at_limit: bool = False
+    parallel: bool = False
     lasting_px: float = 0.0
     doubt: float = 1.0
     zoom: float = 1.0

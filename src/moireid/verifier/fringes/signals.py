@@ -211,6 +211,7 @@ def _grating_signal(
         mixed_share=_mixed(own, known, track, frame, middle) if own else 0.0,
         beyond=_beyond(own, known, track, frame, grating, tangents, poses.page_mm.mean(axis=0)) if own else None,
         lens_room=poses.camera.lens_room,
+        parallel=poses.camera.parallel,
         aside_share=float(np.mean(np.linalg.norm(tangents, axis=1) > critical_tangent(badge.lens))),
     )
 
