@@ -5,7 +5,8 @@
 3. The fringes' orientation from their contours; the region is rotated until they are upright.
 4. Column means; the Fourier bin of the greatest power in the first frame is kept; its angle is the fringe phase.
 5. The camera's pose by PnP from the markers' centres with a guessed focal length; the phase should follow its place
-   over its distance, with the orientation of the *first* frame, or of each frame where rotation is not compensated.
+   over its distance across the fringes, with the orientation of the *first* frame, or of each frame where rotation is
+   not compensated.
 6. Pearson correlation over windows of 30 frames; the greatest of its magnitude is the score, 0.927 and more is
    accepted.
 
@@ -203,7 +204,9 @@ class PublishedReader:
         if self._first is None or not self._compensated:
             self._first = np.asarray(orientation, float)
         seen = self._first @ (orientation.T @ shift.ravel())
-        self.places.append(float(seen[0 if self._upright else 1] / seen[2]))
+        # Across the fringes as the picture shows them, however the board is turned in it.
+        across = self._first[:2, 0 if self._upright else 1]
+        self.places.append(float(seen[:2] @ across / (np.linalg.norm(across) * seen[2])))
 
     def _points(self, index: int, luma: NDArray[np.uint8]) -> tuple[Array, Array] | None:
         """Matching points of page, mm, and picture, px: the markers' corners (4, 4, 2), or the region's (4, 1, 2)."""
