@@ -4,10 +4,10 @@ As stated there: a board of 8 x 10 inch, 160 lines of 0.52 mm under a sheet of 5
 the corners; the renderings' camera, from 0.5 m aside to straight in front in 120 frames, at seven distances, ten
 profiles of small turns, all markers in view; which fields, frames and turns A to D have.
 
-Not stated, and our reading: markers of 36 mm; the camera looks straight ahead, which at 1.1 m just keeps all markers in
-view, and its turns have 0.5 degrees (root mean square); rendered pictures are coded almost without loss (CRF 4);
-the board turns by 30 degrees in B (steadily, then to and fro), and by up to 12 about each axis in D; A and D go once
-round a circle of 0.4 m, without other turns.
+Not stated, and our reading: markers of 36 mm, white around them for a sixth of that; the camera looks straight ahead,
+which at 1.1 m just keeps all markers in view, and its turns have 0.5 degrees (root mean square); rendered pictures are
+coded almost without loss (CRF 4); the board turns by 30 degrees in B (steadily, then to and fro), and by up to 12 about
+each axis in D; in A and D the camera goes once round a circle of 0.4 m.
 
 Stand-ins: no recording and no generated film can be had.  For recordings there are this project's simulated phone films
 in twelve settings and outdoors, for generated films fringes that know nothing of the law.  Both are shorter than the
@@ -75,7 +75,8 @@ def board(axes: str = "x", *, page_mm: tuple[float, float] = (203.2, 254.0), mar
         rect = (x0, y0, x0 + width, y0 + tall)
         cell = Cell(rect, PITCH_MM, x0 if axis == "x" else y0, 0.5)
         gratings.append(Grating(rect, "x" if axis == "x" else "y", PITCH_MM, "uniform", (cell,)))
-    near, right, low = marker_mm / 2 + 2, page_mm[0] - marker_mm / 2 - 2, page_mm[1] - marker_mm / 2 - 2
+    near = marker_mm / 2 + marker_mm / 6
+    right, low = page_mm[0] - near, page_mm[1] - near
     markers = Markers("DICT_4X4_50", marker_mm, (0, 1, 2, 3), ((near, near), (right, near), (right, low), (near, low)))
     return Badge(None, "Published board", page_mm, SHEET, tuple(gratings), markers)
 
@@ -161,6 +162,7 @@ def causes() -> Iterator[PaperFilm]:
             for words, scene, other, more in (
                 ("a board of 140 mm", small, {}, {}),
                 ("coded as a phone does, CRF 23", whole, {"crf": 23}, {}),
+                ("both of these", small, {"crf": 23}, {}),
                 ("focal length known", whole, {}, {"known": True}),
                 ("no rotation compensation", whole, {}, {"compensated": False}),
             ):
