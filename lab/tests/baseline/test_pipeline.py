@@ -15,6 +15,7 @@ from kit.places import FILMS
 from moireid.badge import Badge
 from moireid.cli.main import moireid
 from moireid.verifier import Question
+from moireid.verifier.tracking.patches import marker_corners_mm
 from moireid_lab.baseline.pipeline import (
     PublishedReader,
     fringe_lean_rad,
@@ -22,6 +23,7 @@ from moireid_lab.baseline.pipeline import (
     upright_region,
     verify_published,
 )
+from moireid_lab.bench.paper_films import board
 
 
 @pytest.fixture(scope="module")
@@ -96,3 +98,21 @@ def test_the_program_offers_the_baseline(short: Path, films: Path, tmp_path: Pat
 def test_the_guessed_focal_length_is_the_longer_side(size: tuple[int, int], prototype: Badge):
     """Catches: the width of a film that was taken upright."""
     assert PublishedReader(prototype, None, size, None)._camera[0, 0] == 640
+
+
+@pytest.mark.parametrize("axis", ["x", "y"])
+def test_the_place_is_across_the_fringes_however_the_board_is_turned(axis: str):
+    """Catches: the picture's own x or y, on which a board turned by a right angle would not move at all."""
+    page = board(axis)
+    middle = np.array([101.6, 127.0])
+    corners = marker_corners_mm(page.squares) - middle
+    reader = PublishedReader(page, None, (1920, 1080), None)
+    place = np.linspace(-100, 100, 9)
+    luma = np.zeros((1080, 1920), np.uint8)
+    for k, moved in enumerate(place):
+        # The board is turned by a right angle in the picture, and moves along its own axis.
+        own = corners + (np.eye(2)[0 if axis == "x" else 1] * moved)
+        seen = np.stack([-own[..., 1], own[..., 0]], axis=-1) * 1920 / 1500 + [959.5, 539.5]
+        reader._points = lambda index, luma, seen=seen: (corners + middle, seen)  # type: ignore[method-assign]
+        reader.push(k, luma)
+    assert np.array(reader.places) == pytest.approx(place / 1500, abs=1e-3)

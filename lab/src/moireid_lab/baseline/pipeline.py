@@ -1,19 +1,20 @@
 """The published pipeline (Qing et al., *Moiré Video Authentication*, 2026), a baseline to compare ours with.
 
-1. Corners of the markers by ArUco with its default settings, or four corners tracked by `corners`.
+1. Corners of the four markers by ArUco with its default settings, or four corners tracked by `corners`.
 2. A homography rectifies the striped region; CLAHE equalises its contrast.
 3. The fringes' orientation from their contours; the region is rotated until they are upright.
 4. Column means; the Fourier bin of the greatest power in the first frame is kept; its angle is the fringe phase.
-5. The camera's pose by PnP with a guessed focal length; the phase should follow its place over its distance, with the
-   orientation of the *first* frame.
+5. The camera's pose by PnP from the markers' centres with a guessed focal length; the phase should follow its place
+   over its distance across the fringes, with the orientation of the *first* frame, or of each frame where rotation is
+   not compensated.
 6. Pearson correlation over windows of 30 frames; the greatest of its magnitude is the score, 0.927 and more is
    accepted.
 
 Convention: the region is the badge's reference cell, as the published board has one uniform grating; correlation does
     not test sign and gain, and so neither does this pipeline.  The guessed focal length is the picture's longer side.
     The paper leaves films of score 0 out of its figures; such a film has no score here, and is counted.
-Source: the paper's text.  What it does not say is set here: CLAHE has clip 2 and 8 x 8 tiles, and two markers
-    are enough.
+Source: the paper's text.  What it does not say is set here: CLAHE has clip 2 and 8 x 8 tiles, corners are refined by
+    OpenCV's `CORNER_REFINE_SUBPIX`, and a frame in which a marker is missing is left out.
 """
 
 from __future__ import annotations
@@ -78,15 +79,9 @@ def verify_published(
     """
     begun = time.perf_counter()
     film = Film(video, reduced=False)
-    reader = PublishedReader(claim.badge, corners, (film.width, film.height), claim.camera)
-    read = 0
-    for frame in film.frames_ahead():
-        read += 1
-        reader.push(frame.index, frame.luma)
-        if progress:
-            progress(read, film.frames_expected)
-    measured, place = np.unwrap(reader.phases), np.array(reader.places)
-    invariant = judge(measured, place, read)
+    reader = read_film(film, claim, corners=corners, progress=progress)
+    place, read = reader.places, reader.read
+    invariant = judge(np.unwrap(reader.phases), np.array(place), read)
     reasons = invariant.reasons + film.findings()
     identity = Identity("unreadable" if claim.names_someone else "not_claimed", (), claimed_id=claim.badge_id)
     if claim.names_someone:
@@ -109,6 +104,23 @@ def verify_published(
         claim_source=claim.provenance.source,
         registry=claim.provenance.standing,
     )
+
+
+def read_film(
+    film: Film,
+    claim: Question,
+    *,
+    corners: Corners | None = None,
+    compensated: bool = True,
+    progress: Progress | None = None,
+) -> PublishedReader:
+    """All frames of a film, read; compensated: whether the camera's rotation is left out of its place."""
+    reader = PublishedReader(claim.badge, corners, (film.width, film.height), claim.camera, compensated)
+    for frame in film.frames_ahead():
+        reader.push(frame.index, frame.luma)
+        if progress:
+            progress(reader.read, film.frames_expected)
+    return reader
 
 
 def judge(measured: Array, place: Array, read: int) -> PublishedInvariant:
@@ -145,7 +157,12 @@ class PublishedReader:
     """Phase of the region and place of the camera, frame after frame."""
 
     def __init__(
-        self, badge: Badge, corners: Corners | None, image_px: tuple[int, int], camera: KnownCamera | None
+        self,
+        badge: Badge,
+        corners: Corners | None,
+        image_px: tuple[int, int],
+        camera: KnownCamera | None,
+        compensated: bool = True,
     ) -> None:
         dictionary = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, badge.squares.dictionary))
         parameters = cv2.aruco.DetectorParameters()
@@ -163,45 +180,47 @@ class PublishedReader:
         self._clahe = cv2.createCLAHE(CLAHE_CLIP, CLAHE_TILES)
         self._bin: int | None = None
         self._first: Array | None = None
+        self._compensated = compensated
+        self.read = 0
+        self.frames: list[int] = []
         self.phases: list[float] = []
         self.places: list[float] = []
 
     def push(self, index: int, luma: NDArray[np.uint8]) -> None:
         """Read one frame; it is skipped if the region is not found."""
+        self.read += 1
         found = self._points(index, luma)
         if found is None:
             return
         page, image = found
-        homography, _ = cv2.findHomography(page, image, 0)
-        flat = np.column_stack([page - self._middle, np.zeros(len(page))])
-        solved, turn, shift = cv2.solvePnP(flat, image, self._camera, None, flags=cv2.SOLVEPNP_ITERATIVE)
+        homography, _ = cv2.findHomography(page.reshape(-1, 2), image.reshape(-1, 2), 0)
+        flat = np.column_stack([page.mean(axis=1) - self._middle, np.zeros(4)])
+        solved, turn, shift = cv2.solvePnP(flat, image.mean(axis=1), self._camera, None, flags=cv2.SOLVEPNP_ITERATIVE)
         if homography is None or not solved:
             return
+        self.frames.append(index)
         self.phases.append(self._phase(upright_region(luma, homography, self._region, self._upright, self._clahe)))
         orientation, _ = cv2.Rodrigues(turn)
-        if self._first is None:
+        if self._first is None or not self._compensated:
             self._first = np.asarray(orientation, float)
         seen = self._first @ (orientation.T @ shift.ravel())
-        self.places.append(float(seen[0 if self._upright else 1] / seen[2]))
+        # Across the fringes as the picture shows them, however the board is turned in it.
+        across = self._first[:2, 0 if self._upright else 1]
+        self.places.append(float(seen[:2] @ across / (np.linalg.norm(across) * seen[2])))
 
     def _points(self, index: int, luma: NDArray[np.uint8]) -> tuple[Array, Array] | None:
-        """Matching points of page (N, 2) mm and picture (N, 2) px."""
+        """Matching points of page, mm, and picture, px: the markers' corners (4, 4, 2), or the region's (4, 1, 2)."""
         if self._follower is not None:
             followed = self._follower.follow(index, luma)
             x0, y0, x1, y1 = self._field
-            return None if followed is None else (np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]]), followed)
+            corners = np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]])
+            return None if followed is None else (corners[:, None], followed[:, None])
         quads, identities, _ = self._detector.detectMarkers(luma)
-        if identities is None:
+        seen = {} if identities is None else dict(zip(np.ravel(identities).tolist(), quads, strict=True))
+        if not seen.keys() >= set(self._markers.ids):
             return None
-        corners_mm, ids = marker_corners_mm(self._markers), list(self._markers.ids)
-        pairs = [
-            (corners_mm[ids.index(int(identity))], quad.reshape(4, 2).astype(float))
-            for quad, identity in zip(quads, np.ravel(identities), strict=True)
-            if int(identity) in ids
-        ]
-        if len(pairs) < 2:
-            return None
-        return np.concatenate([page for page, _ in pairs]), np.concatenate([image for _, image in pairs])
+        image = np.array([seen[number].reshape(4, 2) for number in self._markers.ids], float)
+        return np.asarray(marker_corners_mm(self._markers), float), image
 
     def _phase(self, region: NDArray[np.uint8]) -> float:
         """Angle of the Fourier bin that was strongest in the first frame."""

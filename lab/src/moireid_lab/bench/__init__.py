@@ -11,7 +11,8 @@ bench_plots.py the one plot of a bench
 verdicts.py    what a row keeps of a report
 suites.py      the suites, and the module of each bench; those in benchmarks/ too
 live.py        simulated challenges and calls, and replays of earlier answers
-published.py   the paper's tables next to ours: films, figures and plot
+paper_films.py the films of the paper's experiments, and stand-ins for what cannot be had
+published.py   the paper's tables next to ours: both pipelines on those films
 reality.py     the reality suite: films by phones, editors, calls and services
 stability.py   the stability suite: stiff and extreme badges, builds, pictures and motions
 """
