@@ -70,4 +70,6 @@ def test_a_film_of_it_is_accepted_and_read(masked: Badge, tmp_path: Path) -> Non
     film(scene, motion, tmp_path / "film.mp4", frames=120, fps=30.0, seed=5, crf=26)
     report = verify(tmp_path / "film.mp4", Question(masked, masked.id, camera=KnownCamera(967.0)))
     assert report.verdict == "accept" and report.identity.decoded_id == masked.id
-    assert report.invariant.gain_ratio == pytest.approx(1.0, abs=0.03)
+    # Gains of films of other noise scatter by 0.02.
+    assert report.invariant.gain_ratio == pytest.approx(1.0, abs=3 * report.invariant.gain_sd)
+    assert report.invariant.gain_sd < 0.03

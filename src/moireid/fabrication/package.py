@@ -152,6 +152,7 @@ def print_badge(
         say(ASSEMBLY)
         build = BuildPlan(badge, parts.printed, parts.acrylic, parts.figures, maker, parts.mount_plan)
         write_assembly_pdf(build, aside / ASSEMBLY, solids.drawn)
+        say(LOOKS)
         write_looks(badge, aside / LOOKS)
         mass_g, mount_figures = write_parts(badge, parts, aside, say, solids, picture)
     return PrintResult({name: folder / name for name in names}, mass_g, mount_figures, parts.left_out, stale, spared)

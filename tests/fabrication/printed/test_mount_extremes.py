@@ -117,10 +117,10 @@ def test_what_the_refusals_advise_does_work() -> None:
         return replace(CASES[name], request=replace(CASES[name].request, **wish), **own).outcome("clip")[0] == "whole"
 
     tall = "board 30x40 mm, lens"
-    (height,) = numbers(r"board \(--size\) of ([\d.]+) mm or more in height, wider in proportion", why(tall))
+    (height,) = numbers(r"board \(size_mm\) of ([\d.]+) mm or more in height, wider in proportion", why(tall))
     assert whole(tall, size_mm=(30.0 / 40.0 * height, height))
     for name, pattern in (
-        ("sheet 0.2 mm", r"sheet \(--lens\) of ([\d.]+) mm or more"),
+        ("sheet 0.2 mm", r"sheet \(lens[a-z_]*\) of ([\d.]+) mm or more"),
         ("sheet 6 mm", r"\) of ([\d.]+) mm or less"),
     ):
         assert whole(name, lens_mm=numbers(pattern, why(name))[0])
@@ -232,7 +232,7 @@ def test_figures_are_set_by_the_names_that_messages_give() -> None:
         ("wall_mm=0.9", "wall_mm=0.9 is thinner than a printed wall; give 1 mm or more"),
         ("printed.lip_reach_mm=0.6", "lip_reach_mm=0.6 holds no sheet that lies 0.3 mm to the side; give 0.7 mm"),
         ("acrylic.clearance_mm=0.5", "give a clearance_mm of 0.149 or less"),
-        ("printed.lip_mm=4.5", "take a smaller lip_reach_mm or lip_mm .--mount-figure."),
+        ("printed.lip_mm=4.5", "take a smaller lip_reach_mm or lip_mm"),
     ],
 )
 def test_figures_that_cannot_be_are_named(pair: str, words: str, ada: Badge) -> None:
