@@ -28,7 +28,7 @@ DOCS = ROOT / "docs"
 PAGES = sorted(DOCS.rglob("*.md"))
 FIRST = DOCS / "tutorial" / "first-verdict.md"
 #: Pages that people read in the project itself; the list of changes names what is gone, too.
-READ_THERE = sorted({*ROOT.glob("*.md"), *ROOT.glob("*/README.md")} - {ROOT / "CHANGELOG.md"})
+READ_THERE = sorted({*ROOT.glob("*.md"), *ROOT.glob("[!.]*/README.md")} - {ROOT / "CHANGELOG.md"})
 #: Pages that are made from the code as the site is built.
 MADE = {f"reference/{name}.html" for name in ("commands", "simulation", "badge-json", "report-json")}
 
