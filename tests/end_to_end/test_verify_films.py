@@ -429,13 +429,13 @@ def test_a_badge_that_faces_away_follows_the_law(ada, tmp_path):
 
     Catches: a table of the law that ends at 1.5 (gain 1.036 and 0.125 rad apart, with a truth that errs alike).
     """
-    path = shoot(ada, tmp_path / "a.mp4", motion="oblique", camera=PHONE, frames=64)
-    report = verify(path, Question(ada, ada.id))
+    films = [shoot(ada, tmp_path / f"{k}.mp4", motion="oblique", camera=PHONE, frames=64, seed=k) for k in (7, 8, 9)]
+    report, *others = (verify(path, Question(ada, ada.id)) for path in films)
     # In two seconds of the straight path the camera goes one way, and the fringes speed up by more than twice: far from
     # a drift, but it is not known how much of the bend is owed to air beneath the sheet.
-    odds = {one.name: one.log10_odds for one in report.invariant.explanations}
-    # Films of other noise, by the same path, give 10^5 to 10^63.
-    assert min(odds["drift"], odds["late"]) > 4
+    each = [{one.name: one.log10_odds for one in film.invariant.explanations} for film in (report, *others)]
+    # Films of other noise and tremor scatter from 10^5 to 10^63, so that more than one is asked.
+    assert min(min(odds["drift"], odds["late"]) for odds in each) > 4
     left_open = {one.code for one in report.reasons if one.level in ("fail", "undecided")}
     assert left_open <= {"drift", "own_motion"}
     assert solved_parallax(report)[:, 0].max() > 1.7

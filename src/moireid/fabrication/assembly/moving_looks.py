@@ -13,8 +13,7 @@ from PIL import Image, ImageDraw, ImageFont
 from moireid.badge import Badge
 from moireid.fabrication.assembly.sketches import GOOD, LEANING, MIRRORED, WIDE, fringe_picture
 from moireid.fabrication.page.canvas import font_file
-from moireid.fabrication.page.preview import SWING, view_mm
-from moireid.files import whole_file
+from moireid.fabrication.page.preview import SWING, view_mm, write_moving
 
 LOOKS = (
     ("right", GOOD),
@@ -29,24 +28,10 @@ PAPER, INK, FRAMES, FRAME_MS = 250, 28, 12, 130
 
 def write_looks(badge: Badge, path: Path) -> None:
     """Draw the moving picture and write it as animated WebP, whole or not at all."""
-    # Pillow would else import all of its formats.
-    from PIL import WebPImagePlugin  # noqa: F401
-
     swing = [round(math.sin(2 * math.pi * k / FRAMES), 6) for k in range(FRAMES)]
     # On the way back the head passes the same places.
     shown = {aside: _frame(badge, aside) for aside in dict.fromkeys(swing)}
-    first, *others = (shown[aside] for aside in swing)
-    with whole_file(path) as temporary:
-        first.save(
-            temporary,
-            format="WEBP",
-            save_all=True,
-            append_images=others,
-            duration=FRAME_MS,
-            loop=0,
-            quality=45,
-            method=0,
-        )
+    write_moving([shown[aside] for aside in swing], path, frame_ms=FRAME_MS, quality=45)
 
 
 def _frame(badge: Badge, aside: float) -> Image.Image:

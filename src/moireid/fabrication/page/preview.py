@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -208,22 +209,18 @@ ROOM_MM, ABOVE_MM, CORD_MM, CLIP_MM = 9.0, 22.0, 9.0, (13.0, 4.0)
 
 def write_worn(badge: Badge, path: Path, board: Image.Image | None = None) -> None:
     """Draw the moving preview and write it as animated WebP, whole or not at all; board: as for `draw_worn`."""
+    write_moving(draw_worn(badge, board=board), path, frame_ms=FRAME_MS, quality=70)
+
+
+def write_moving(frames: Sequence[Image.Image], path: Path, *, frame_ms: int, quality: int) -> None:
+    """Write pictures that follow each other without end as animated WebP, whole or not at all; quality: 0 to 100."""
     # Pillow would else import all of its formats.
     from PIL import WebPImagePlugin  # noqa: F401
 
-    frames = draw_worn(badge, board=board)
+    first, *others = frames
+    how: dict[str, Any] = {"save_all": True, "append_images": others, "loop": 0, "method": 0}
     with whole_file(path) as temporary:
-        first, *others = frames
-        first.save(
-            temporary,
-            format="WEBP",
-            save_all=True,
-            append_images=others,
-            duration=FRAME_MS,
-            loop=0,
-            quality=70,
-            method=0,
-        )
+        first.save(temporary, format="WEBP", duration=frame_ms, quality=quality, **how)
 
 
 def draw_worn(badge: Badge, frames: int = FRAMES, board: Image.Image | None = None) -> list[Image.Image]:

@@ -23,8 +23,7 @@ from moireid.simulate.recording.sensor import CURVES
 
 #: The encoder of each codec: its name, its usual constant rate factor, and options.  What it writes depends on how many
 #: frames it codes at once: the number is fixed, so that a film is the same on every machine.  "ultrafast" takes a
-#: quarter of the time of "veryfast", for files three to five times as large; "superfast" takes half of it, and leaves
-#: half as much error again in the fringes.
+#: quarter of the time of "veryfast", for files three to five times as large.
 ENCODERS: dict[str, tuple[str, int, dict[str, str]]] = {
     "h264": ("libx264", 23, {"preset": "veryfast", "threads": "2"}),
     "h264-quick": ("libx264", 23, {"preset": "ultrafast", "threads": "2"}),
