@@ -37,6 +37,7 @@ def test_an_ordinary_badge_has_no_findings(ada):
         ({"off_rad": 0.62}, 1.0, "0.05 mm off their places"),
         ({"contrast": 0.08}, 1.0, "6% of the contrast"),
         ({}, 0.7, "as under a sheet of 0.70 mm."),
+        ({}, -0.63, "run the other way"),
     ],
 )
 def test_each_cause_is_named_alone(ada, changed, gain, words):

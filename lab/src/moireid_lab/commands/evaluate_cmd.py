@@ -132,7 +132,7 @@ def evaluate_command(
             retry=retry,
             progress=lambda done, of, *_: progress(done, of),
         )
-    document = {"moireid": __version__, "manifest": manifest_csv} | summarise(scored, seed=seed)
+    document = {"moireid": __version__, "manifest": Path(manifest_csv).name} | summarise(scored, seed=seed)
     write_text(outputs[0], json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
     for path in [outputs[0], *write_plots(document, folder)]:
         say(f"written: {path}")

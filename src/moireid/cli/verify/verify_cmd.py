@@ -63,7 +63,7 @@ OPTIONS = {
 def show_verdict(
     word: str, document: Mapping[str, Any], known: Circumstances, headline: Headline | None = None
 ) -> None:
-    """Print the headline, what it means and what to do; then the findings, failures first, with the passes in one line.
+    """Print the headline, what it means and what to do; then the findings, failures first and passes last.
 
     headline: None for that of a film.
     """
@@ -80,13 +80,10 @@ def show_verdict(
         echo(f"Seconds: {seconds.text}")
     if odds := odds_line(document):
         echo(f"Odds: {odds}")
-    for finding in found.first:
+    for finding in found.first + found.hold:
         option = OPTIONS.get(finding["code"], "") if finding["level"] in ("undecided", "note") else ""
         mark, colour = MARKS[finding["level"]], COLOURS.get(finding["level"])
         echo(f" {finding['text']}{f' ({option})' if option else ''}", lead=f"  {mark}", colour=colour)
-    if found.hold:
-        codes = ", ".join(dict.fromkeys(finding["code"] for finding in found.hold))
-        echo(f" holds: {codes}", lead=f"  {MARKS['pass']}", colour=COLOURS["pass"])
 
 
 #: Headings of the help.
