@@ -224,7 +224,8 @@ def test_a_collection_is_scored_by_both_pipelines(films: Path, tmp_path: Path):
     ran = CliRunner().invoke(moireid, [*command, "--workers", "1", "--timeout", "300", "--json"])
     assert ran.exit_code == 0, ran.output
     document = json.loads(ran.stdout)
-    assert document == json.loads((out / "evaluate.json").read_text(encoding="utf-8")) and document["manifest"] == "m.csv"
+    assert document == json.loads((out / "evaluate.json").read_text(encoding="utf-8"))
+    assert document["manifest"] == "m.csv"
     by = {(row["video"], row["pipeline"]): row for row in document["rows"]}
     assert by["true.mp4", "moireid"]["verdict"] == "accept" and by["reversed.mp4", "moireid"]["verdict"] == "reject"
     assert by["true.mp4", "moireid"]["score"] > 0.99 > by["reversed.mp4", "moireid"]["score"]

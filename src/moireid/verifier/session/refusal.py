@@ -61,7 +61,7 @@ def _gap(badge: Badge, gain: float | None) -> str:
     if gain is None or abs(gain - 1) < GAIN_OFF_SHARE:
         return ""
     if gain < 0:
-        return "Fringes run the other way than designed, as on a page of another size or under a sheet of another pitch."
+        return "Fringes run the other way than designed, as on a page of another size or under another sheet."
     air_mm = (gain - 1) * air_mm_per_gain(badge.lens, badge.gratings[0].pitch_mm)
     as_air = f", or with {air_mm:.2f} mm of air beneath it: press it flat" if gain > 1 else ""
     return (
