@@ -48,6 +48,7 @@ def test_a_name_loads_what_it_needs_alone(heavy: str) -> None:
 def test_simulate_has_the_parameters_and_defaults_of_the_command() -> None:
     """Catches: a default that is another than that of `moireid simulate`; an option that is forgotten unnoticed."""
     parameters = dict(inspect.signature(mo.simulate).parameters)
+    assert all(f"\n{name} : " in str(inspect.getdoc(mo.simulate)) for name in parameters)
     options = simulate_command.make_context("simulate", ["badge.json", "--out", "film.mp4"]).params
     for name in ("badge", "video", "progress"):
         del parameters[name]

@@ -63,14 +63,17 @@ __getattr__ = lazy(__name__, HOMES)
 
 
 class _CallableRoom(ModuleType):
-    """This package, as the function `film_badge.simulate` where it is called: both have the name `moireid.simulate`."""
-
+    # This package is the function `film_badge.simulate` where it is called or explained: both have one name.
     def __call__(self, *args: Any, **wished: Any) -> Any:
         return from_room(f"{__name__}.film_badge", "simulate")(*args, **wished)
 
     @property
     def __signature__(self) -> Any:
         return from_room("inspect", "signature")(from_room(f"{__name__}.film_badge", "simulate"))
+
+    @property
+    def __doc__(self) -> Any:  # type: ignore[override]
+        return from_room(f"{__name__}.film_badge", "simulate").__doc__
 
 
 sys.modules[__name__].__class__ = _CallableRoom
