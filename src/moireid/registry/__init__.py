@@ -28,7 +28,6 @@ merge.py        import: checks an export and merges it into a registry
 rotate.py       changes the authority's key
 audit.py        checks the whole log and all records; lists what an audit cannot find
 audit_findings.py  what it finds, and its counts
-signing/        the private key in a process of its own
 checkpoints/    signed checkpoints that others keep, and signatures of witnesses on them
 bundle/         what a verifier needs, in one signed file
 """

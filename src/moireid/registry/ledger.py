@@ -29,7 +29,7 @@ from moireid.registry.engine import (
     translated,
     writing,
 )
-from moireid.registry.keys import Authority, Signs, actor_row, new_salt
+from moireid.registry.keys import Authority, Signer, actor_row, key_of, new_salt
 from moireid.registry.log import (
     ERASE,
     NO_RECORD,
@@ -49,7 +49,6 @@ from moireid.registry.opening import prepare
 from moireid.registry.record import Fault, Record, record_of, tampered
 from moireid.registry.rollback import LogState, check_successors, compared, standing_of
 from moireid.registry.seen import Memory, recall, remember
-from moireid.registry.signing.client import load_signer
 
 
 def open_ledger(url: URL, *, create: bool, make_authority: bool, actor: str) -> Ledger:
@@ -86,7 +85,7 @@ class Ledger:
         self.checked, self.remembered = True, True
         #: The head that witnesses have seen, if a reader asks for that (`Registry.require_witnesses`); else None.
         self.witnessed: Head | None = None
-        self._signer: Signs | None = None
+        self._signer: Signer | None = None
         self._authority: Authority | None = None
         if public_key is not None:
             self.adopt(public_key)
@@ -113,10 +112,14 @@ class Ledger:
         """Whether there is an authority; only a registry that awaits an import has none."""
         return self._authority is not None
 
-    def signer(self) -> Signs:
+    def signer(self) -> Signer:
         """The private key, read once.  Raises: RegistryError if it is not on this machine."""
         if self._signer is None:
-            self._signer = load_signer(self.authority, self.shown)
+            try:
+                self._signer = key_of(self.authority)
+            except RegistryError as error:
+                details = {"fingerprint": self.authority.fingerprint} | error.details
+                raise RegistryError(f"registry {self.shown} can only be read here: {error}", **details) from error
         return self._signer
 
     @contextmanager
@@ -358,7 +361,7 @@ class Transaction:
         signer = self.ledger.signer()
         self.append(next_rows(signer, self.growing().size, done, self.committed()), signer)
 
-    def append(self, rows: list[dict[str, Any]], signer: Signs, **values: str) -> Head:
+    def append(self, rows: list[dict[str, Any]], signer: Signer, **values: str) -> Head:
         """Add entries to the log, and move the head, which `signer` signs; values: other columns of `authority`.
 
         The head is over the entries as they are here, not as the database gives them back, which could be others.
