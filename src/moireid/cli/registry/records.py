@@ -24,14 +24,13 @@ from moireid.cli.common import (
     say,
     show_json,
 )
-from moireid.cli.removed import RemainingCommands
 from moireid.errors import SpecError
 
 if TYPE_CHECKING:
     from moireid.registry import Record, Registry
 
 
-@click.group("registry", cls=RemainingCommands)
+@click.group("registry")
 def registry_group() -> None:
     """Look after the registry of badges: list, show, suspend, revoke, audit."""
 
