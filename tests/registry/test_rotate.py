@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
-from sqlalchemy import create_engine, text, update
+from sqlalchemy import create_engine, select, text, update
 
 from kit.registries import badge_of, code_of
 from moireid.cli.main import moireid
@@ -20,10 +20,9 @@ from moireid.idcodes import specimen_of
 from moireid.registry import import_registry, open_registry
 from moireid.registry.bundle.held import Bundle
 from moireid.registry.keys import ENTRY, Signer, key_of, new_key
-from moireid.registry.log import entry_hash, head_row, rotation_row
-from moireid.registry.log_tree import grow
+from moireid.registry.log import Head, entry_hash, head_row, leaf_of, rotation_row
 from moireid.registry.merkle import Tree
-from moireid.registry.schema import authority
+from moireid.registry.schema import authority, log
 from moireid.registry.seen import forget
 
 
@@ -97,10 +96,10 @@ def taken_over(path: Path, key: Signer, to: Signer | None = None) -> str:
             places = ", ".join("?" * len(row))
             database.execute(f"INSERT INTO log ({', '.join(row)}) VALUES ({places})", list(row.values()))
         database.execute("DELETE FROM badges")
-        database.execute("DELETE FROM nodes")
     last, engine = to or key, create_engine(f"sqlite:///{path}")
     with engine.begin() as connection:
-        values = {"public_key": last.authority.public_hex} | head_row(last, grow(connection, Tree()))
+        tree = Tree(leaf_of(hash) for hash in connection.scalars(select(log.c.hash).order_by(log.c.seq)))
+        values = {"public_key": last.authority.public_hex} | head_row(last, Head(tree.size, tree.root().hex()))
         connection.execute(update(authority).values(values))
     engine.dispose()
     with open_registry(f"sqlite:///{path}", create=False) as registry:

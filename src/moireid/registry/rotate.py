@@ -26,7 +26,7 @@ def rotate(ledger: Ledger, actor: str, progress: Progress | None) -> int:
     try:
         with ledger.writing(actor) as transaction:
             count = _signed_anew(transaction, new, progress)
-            row = rotation_row(old, new, transaction.growing().size, transaction.committed())
+            row = rotation_row(old, new, transaction.growing.size, transaction.committed())
             transaction.append([row], new, public_key=new.authority.public_hex)
             transaction.successor = new.authority.public_hex
     except BaseException:
