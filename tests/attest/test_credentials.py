@@ -13,21 +13,16 @@ from typing import Any
 import c2pa
 import pytest
 
-from kit.coded_films import first_frames
-from kit.places import FILMS
 from kit.signing import certified_key, pem_of
-from moireid.attest import credentials, film_credentials, load_signing_key
+from moireid.attest import credentials, load_signing_key
 from moireid.attest.credentials import (
     talk_with,
     write_credentials,
 )
 from moireid.attest.credentials_work import LABEL, read
-from moireid.attest.film_credentials import may_carry, with_carried
 from moireid.attest.signing_keys import SigningKey
 from moireid.attest.statement import attested
-from moireid.badge import load_badge
 from moireid.errors import MediaError
-from moireid.verifier import Question, verify
 
 
 @pytest.fixture
@@ -69,88 +64,6 @@ def test_a_sidecar_leaves_the_film_as_it_is(here: Path, judged: dict[str, Any], 
     here.write_bytes(other)
     found = read(here, sidecar)
     assert found is not None and found["state"] == "Invalid"
-
-
-@pytest.fixture(scope="module")
-def open_report(film: Path) -> dict[str, Any]:
-    """Of a film that is too short for a verdict."""
-    badge = load_badge(FILMS / "badge.json")
-    short = first_frames(film, film.with_name("short.mp4"), 12)
-    found = verify(short, Question(badge))
-    assert found.verdict != "accept"
-    return found.to_json()
-
-
-@pytest.mark.claim("Content credentials are a note and never a reason")
-def test_carried_credentials_are_a_note_and_never_a_reason(
-    here: Path, judged: dict[str, Any], key: SigningKey, open_report: dict[str, Any]
-) -> None:
-    """Catches: a verdict that rises, or falls, by what a file says of itself; damaged credentials reported as sound."""
-    assert with_carried(open_report, here) is open_report
-    write_credentials(attested(judged, key), here, "embed", key)
-    made = here.with_name("film.c2pa.mp4")
-    assert may_carry(made) and not may_carry(here)
-    noted = with_carried(open_report, made)
-    assert noted | {"reasons": noted["reasons"][:-1]} == open_report
-    note = noted["reasons"][-1]
-    assert (note["code"], note["level"], note["measured"]) == ("content_credentials", "note", "Valid")
-    assert "'Desk'" in note["text"]
-    content = bytearray(made.read_bytes())
-    content[-100] ^= 1
-    made.write_bytes(content)
-    damaged = with_carried(open_report, made)["reasons"][-1]
-    assert damaged["measured"] == "Invalid" and "do not hold" in damaged["text"] and damaged["level"] == "note"
-    hurt = content.replace(b"jumb", b"jumc")
-    made.write_bytes(hurt)
-    assert with_carried(open_report, made)["verdict"] == open_report["verdict"]
-
-
-def test_a_library_that_ends_its_process_leaves_a_note(
-    here: Path, open_report: dict[str, Any], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Catches: credentials read in the process that gives the verdict, which a fault of their reader ends."""
-    monkeypatch.setattr(film_credentials, "may_carry", lambda film: True)
-
-    def crashing(work: str, message: object, film: Path, answer: Callable[[dict[str, Any]], object]) -> object:
-        return talk_with("kit.sandbox_work:act", ("crash",), film, answer)
-
-    monkeypatch.setattr(credentials, "talk_with", crashing)
-    (*before, note) = with_carried(open_report, here)["reasons"]
-    assert before == open_report["reasons"] and note["measured"] == "Unreadable" and note["level"] == "note"
-
-
-def box(kind: bytes, body: bytes = b"", *, wide: bool = False, size: int | None = None) -> bytes:
-    """A box of the ISO base media format; wide: its size is written in 64 bits."""
-    length = len(body) + (16 if wide else 8) if size is None else size
-    head = (1).to_bytes(4) + kind + length.to_bytes(8) if wide else length.to_bytes(4) + kind
-    return head + body
-
-
-@pytest.mark.parametrize(
-    ("content", "may"),
-    [
-        (box(b"ftyp", b"isom") + box(b"mdat", b"uuid" * 9) + box(b"moov", box(b"uuid")), False),
-        (box(b"ftyp", b"isom") + box(b"mdat", b"x" * 9, wide=True) + box(b"uuid", b"y" * 16), True),
-        (box(b"ftyp", b"isom") + box(b"mdat", b"x" * 90, size=0), False),
-        (box(b"ftyp", b"isom") + box(b"moov", size=3) + box(b"free"), True),
-        (b"RIFF\0\0\0\0AVI " + bytes(90), True),
-        (b"", True),
-    ],
-    ids=["none", "behind a wide box", "a last box", "damaged", "another format", "empty"],
-)
-def test_credentials_are_looked_for_where_they_may_lie(tmp_path: Path, content: bytes, may: bool) -> None:
-    """Catches: credentials that are passed over behind a large box, or in a format whose boxes are not read here."""
-    (tmp_path / "film").write_bytes(content)
-    assert may_carry(tmp_path / "film") == may
-
-
-def test_without_the_extra_a_film_is_judged_all_the_same(
-    here: Path, open_report: dict[str, Any], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Catches: a verify that fails where c2pa-python is not installed."""
-    monkeypatch.setattr(film_credentials, "find_spec", lambda name: None)
-    monkeypatch.setattr(film_credentials, "read", lambda film: {"state": "Valid", "signer": "", "verdict": None})
-    assert with_carried(open_report, here) is open_report
 
 
 def test_a_film_that_carries_credentials_keeps_them(here: Path, judged: dict[str, Any], key: SigningKey) -> None:

@@ -48,22 +48,22 @@ def test_the_compose_file_is_one() -> None:
 def test_commands_take_the_options_that_they_are_given() -> None:
     """Catches: an option that was renamed, and a studio that does not start after the next release."""
     found = [one["command"] for one in compose()["services"].values() if one.get("command", [""])[0] == "moireid"]
-    assert len(found) == 3
-    for words in ("serve", "registry init", "registry signer"):
+    assert len(found) == 2
+    for words in ("serve", "registry init"):
         start = ["moireid", *words.split()]
         (command,) = [command for command in found if command[: len(start)] == start]
         output = CliRunner().invoke(moireid, [*start[1:], "--help"]).stdout
         assert options_of(command) <= set(re.findall(r"--[a-z-]+", output))
 
 
-def test_the_signer_alone_has_keys_and_the_worker_reaches_none() -> None:
-    """Catches: a studio that can read the key; a film's process with a way to the signer or the database."""
+def test_the_studio_alone_has_keys_and_the_worker_reaches_none() -> None:
+    """Catches: a worker that can read the key, or that has a way to the database."""
     services = compose()["services"]
     mounted = {name: {one.split(":")[0] for one in service.get("volumes", ())} for name, service in services.items()}
-    assert [name for name, volumes in mounted.items() if "keys" in volumes] == ["signer"]
-    assert "socket" not in mounted["worker"] and services["worker"]["networks"] == ["cluster"]
+    assert [name for name, volumes in mounted.items() if "keys" in volumes] == ["init", "studio"]
+    assert services["worker"]["networks"] == ["cluster"]
     ours = [service for service in services.values() if "MOIREID" in service["image"]]
-    assert len(ours) == 6 and all(one["read_only"] and one["cap_drop"] == ["ALL"] for one in ours)
+    assert len(ours) == 5 and all(one["read_only"] and one["cap_drop"] == ["ALL"] for one in ours)
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the filter is one of Linux's calls")

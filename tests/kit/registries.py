@@ -25,7 +25,6 @@ from moireid.registry import Registry
 TABLES = {
     "badges": "id",
     "log": "seq",
-    "nodes": "level, place",
     "actors": "commitment",
     "authority": "one",
     "schema_version": "version",

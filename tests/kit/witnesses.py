@@ -10,29 +10,39 @@ from pathlib import Path
 
 from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
 
-from moireid.registry.merkle import Place, ReadNodes, Tree
-
-
-def nodes_over(leaves: Sequence[bytes]) -> dict[Place, bytes]:
-    """All nodes of the tree over these leaves."""
-    tree, found = Tree(), {(0, place): leaf for place, leaf in enumerate(leaves)}
-    for leaf in leaves:
-        found |= tree.add(leaf)
-    return found
-
-
-def reading(leaves: Sequence[bytes]) -> ReadNodes:
-    """The nodes over these leaves, as `merkle` looks them up."""
-    nodes = nodes_over(leaves)
-    return lambda places: nodes
+from moireid.registry.merkle import Tree, node_hash
 
 
 def root_of(leaves: Sequence[bytes]) -> bytes:
     """The root of these leaves."""
-    tree = Tree()
-    for leaf in leaves:
-        tree.add(leaf)
-    return tree.root()
+    return Tree(leaves).root()
+
+
+def consistent(first: int, first_root: bytes, second: int, second_root: bytes, proof: Sequence[bytes]) -> bool:
+    """Whether the tree of `second` leaves holds that of `first` leaves, at least one, as its beginning.
+
+    Source: RFC 9162, section 2.1.4.2, as a witness checks it.
+    """
+    if first == second:
+        return not proof and first_root == second_root
+    if not 0 < first < second or not proof:
+        return False
+    steps = [first_root, *proof] if first & (first - 1) == 0 else list(proof)
+    at, last = first - 1, second - 1
+    while at & 1:
+        at, last = at >> 1, last >> 1
+    old = new = steps[0]
+    for step in steps[1:]:
+        if last == 0:
+            return False
+        if at & 1 or at == last:
+            old, new = node_hash(step, old), node_hash(step, new)
+            while not at & 1 and at:
+                at, last = at >> 1, last >> 1
+        else:
+            new = node_hash(new, step)
+        at, last = at >> 1, last >> 1
+    return last == 0 and (old, new) == (first_root, second_root)
 
 
 class Witness:

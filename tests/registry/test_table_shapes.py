@@ -15,8 +15,8 @@ from moireid.registry import claimed, open_registry
 CHANGES = {
     "another type": "ALTER TABLE log RENAME TO was; CREATE TABLE log AS SELECT CAST(seq AS TEXT) AS seq, time, action, "
     "subject, record_sha256, actor, hash, signature FROM was; DROP TABLE was;",
-    "no nodes": "DROP TABLE nodes;",
-    "nodes as a view": "ALTER TABLE nodes RENAME TO was; CREATE VIEW nodes AS SELECT * FROM was;",
+    "no log": "DROP TABLE log;",
+    "actors as a view": "ALTER TABLE actors RENAME TO was; CREATE VIEW actors AS SELECT * FROM was;",
     "log as a view": "ALTER TABLE log RENAME TO was; CREATE VIEW log AS SELECT * FROM was;",
     "a column less": "ALTER TABLE actors DROP COLUMN salt;",
 }
@@ -36,7 +36,7 @@ def _script(path: Path, script: str) -> None:
 
 @pytest.mark.parametrize("change", CHANGES)
 def test_tables_of_another_shape_are_named(tmp_path: Path, change: str) -> None:
-    """Catches: a TypeError out of an audit; `no such table: nodes; check the URL`, which no URL would help."""
+    """Catches: a TypeError out of an audit; `no such table: log; check the URL`, which no URL would help."""
     url = _made(tmp_path / "people.sqlite3")
     _script(tmp_path / "people.sqlite3", CHANGES[change])
     with pytest.raises(RegistryError, match="are not those that moireid made") as caught:
@@ -54,7 +54,7 @@ def test_an_audit_names_tables_that_changed_since_it_was_opened(tmp_path: Path, 
             own.audit()
 
 
-@pytest.mark.parametrize("change", ["no nodes", "another type"])
+@pytest.mark.parametrize("change", ["no log", "another type"])
 def test_a_claim_from_tables_that_changed_ends_in_a_sentence(tmp_path: Path, change: str) -> None:
     """Catches: numbers of entries compared as text, out of which an error of Python comes; words about the URL."""
     with open_registry(_made(tmp_path / "people.sqlite3"), create=False) as own:

@@ -7,7 +7,6 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from moireid.attest.film_credentials import with_carried
 from moireid.errors import SpecError
 from moireid.files import AnyPath, as_path
 from moireid.question import Question
@@ -160,5 +159,4 @@ def judge(
     Raises: MoireIdError as `judged_film`.
     """
     made = judged_film(film, question, reader, progress, pictures=pictures)
-    document = made.result if question.published else with_carried(made.result, film)
-    return FilmCheck(document, look_up(document), made.pictures)
+    return FilmCheck(made.result, look_up(made.result), made.pictures)

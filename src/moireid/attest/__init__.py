@@ -8,7 +8,6 @@ checking.py          checks of an envelope: signature, key, report, time stamp, 
 certificate_identity.py  whom the signer's certificate must name, by the word of an authority that is trusted
 registry_answer.py   what a registry says about a verdict's badge and signer
 credentials.py       the verdict as content credentials (C2PA), written by a process without the key
-film_credentials.py  the content credentials that a film carries already, as a note in the report
 credentials_work.py  the process that reads and writes content credentials, without the key
 
 The process that has the key never decodes a film.

@@ -20,8 +20,6 @@ if TYPE_CHECKING:
 
 #: Of the assertion that holds a report.
 LABEL = "org.moireid.verdict"
-#: Credentials that are damaged beyond what can be said of them.
-UNREADABLE: dict[str, Any] = {"state": "Unreadable", "signer": "", "verdict": None}
 #: No network, and no remaking of pictures.
 SETTINGS = {
     "verify": {"remote_manifest_fetch": False, "ocsp_fetch": False},
@@ -83,14 +81,8 @@ def read_back(talk: Talk) -> None:
     talk.send((read(asked.film, asked.output.read_bytes()) if aside else read(asked.output)) or {})
 
 
-def read_film(talk: Talk) -> None:
-    """The work of a process of its own: send what a film carries; nothing where it carries none."""
-    if (found := read(talk.next())) is not None:
-        talk.send(found)
-
-
 def read(film: Path, manifest: bytes | None = None) -> dict[str, Any] | None:
-    """The credentials of a film: their state by c2pa, who signed, and the report in them; None where there are none.
+    """The credentials of a film: their state by c2pa, and the report in them; None where none can be read.
 
     Parameters: manifest: those of a sidecar; None: those in the film.
     """
@@ -104,17 +96,10 @@ def read(film: Path, manifest: bytes | None = None) -> dict[str, Any] | None:
             # The reader's other outputs turn some lists of numbers into texts.
             manifests = [one for one in store["manifests"] if one["label"] == active.get("label")]
             verdict = manifests[0]["assertions"].get(LABEL) if manifests else None
-    except (c2pa.C2paError.ManifestNotFound, c2pa.C2paError.NotSupported):
-        return None
     # Of damaged credentials the library's own errors are raised, and those of the JSON that it could not find or read.
     except (c2pa.C2paError, LookupError, ValueError, TypeError, AttributeError):
-        return UNREADABLE
-    signature = active.get("signature_info") or {}
-    return {
-        "state": state,
-        "signer": str(signature.get("common_name") or signature.get("issuer") or "")[:200],
-        "verdict": verdict,
-    }
+        return None
+    return {"state": state, "verdict": verdict}
 
 
 def _format(film: Path) -> str:

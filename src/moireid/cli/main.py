@@ -12,7 +12,7 @@ from typing import NoReturn
 import click
 
 from moireid.cli.common import BAD_INPUT
-from moireid.cli.removed import REMOVED, Removed, removed_option
+from moireid.cli.removed import REMOVED, Removed, check_present
 from moireid.cli.streams import open_closed_streams
 from moireid.extras import install_command
 from moireid.version import __version__
@@ -100,8 +100,9 @@ class Sections(click.Group):
         """Run a command.  Raises: Removed if it is given an option that is gone."""
         try:
             return super().invoke(context)
-        except click.NoSuchOption as error:
-            raise removed_option(error) or error from error
+        except click.UsageError as error:
+            check_present(error)
+            raise
 
     def resolve_command(
         self, context: click.Context, words: list[str]

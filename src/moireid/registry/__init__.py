@@ -6,9 +6,9 @@ engine.py       the registry's URL, connections, SQLite's settings; database err
 keys.py         the authority's key pair, signatures by kind of thing signed, and actors' commitments
 canonical.py    documents as bytes: one spelling for signing, compressed for storing
 record.py       the Record, its signed text, and the check of its signature on reading
-merkle.py       the Merkle tree of RFC 6962: roots, and proofs of inclusion and consistency
+merkle.py       the Merkle tree of RFC 6962: roots, and proofs of consistency
 log.py          the log's entries, the head, and changes of key
-log_tree.py     the tree over the log, as it is stored: its root, proofs, and entries checked against it
+log_tree.py     the tree over the log: its root, proofs, and entries checked against it
 schema.py       the tables and their queries
 seen.py         which authority and which head this user saw last
 rollback.py     a log compared with what was seen of it: rolled back, forked, or under another key
@@ -28,7 +28,6 @@ merge.py        import: checks an export and merges it into a registry
 rotate.py       changes the authority's key
 audit.py        checks the whole log and all records; lists what an audit cannot find
 audit_findings.py  what it finds, and its counts
-signing/        the private key in a process of its own
 checkpoints/    signed checkpoints that others keep, and signatures of witnesses on them
 bundle/         what a verifier needs, in one signed file
 """

@@ -1,8 +1,7 @@
 """The audit: the whole log and all records, checked against each other and against the authority's key.
 
 1. The log: the entries are numbered without a gap, the hash of each is that of its content, and it bears the signature
-   of the key that the authority had then; a change of key bears those of both.  The tree over them is computed anew,
-   and each stored node is the one that the entries give.
+   of the key that the authority had then; a change of key bears those of both.  The tree over them is computed anew.
 2. The head is signed and is the root of that tree; the log still begins as the checkpoints that others keep say; if
    witnesses must have signed one of those, enough did.
 3. Each record bears the signature, and is the newest version in the log; none is without an entry.
@@ -11,9 +10,6 @@
 5. Each set of measured figures that a log entry put in the place of another is followed by that other on record.
 6. The actor of each entry is in the table `actors` as the entry's commitment says, unless an entry says that they were
    erased.
-
-Rows are read page by page, each page in its own transaction, with records and their entries together.  So others may
-write meanwhile, and that alone causes no finding.
 
 7. The log goes on from the head that this user saw last, under the same key, or one that followed it.
 
@@ -28,7 +24,7 @@ What it cannot find by itself:
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from sqlalchemy import Connection, exists, func, select
@@ -51,24 +47,12 @@ from moireid.registry.log import (
     check_head,
     leaf_of,
 )
-from moireid.registry.log_tree import LogTree
 from moireid.registry.look_alikes import folded_skeleton, skeleton
-from moireid.registry.merkle import Place, Tree
+from moireid.registry.merkle import Tree
 from moireid.registry.opening import check_tables
 from moireid.registry.record import Fault, record_of
 from moireid.registry.rollback import CODES
-from moireid.registry.schema import (
-    actors,
-    authority,
-    badges,
-    last_entry,
-    log,
-    nodes,
-    select_nodes,
-    select_records,
-)
-
-PAGE = 500
+from moireid.registry.schema import actors, authority, badges, log, pages, select_records
 
 
 def audit(
@@ -99,10 +83,11 @@ def audit(
             )
             tally.report("key_replaced", text)
     roots = dict.fromkeys([one.size for one in kept], "")
-    head = _audit_log(ledger, roots, tally, former[0] if former else ledger.authority)
-    _audit_kept(kept, roots, head, tally)
-    who = _audit_actors(ledger, tally)
-    _audit_records(ledger, tally)
+    with ledger.snapshot() as connection:
+        head = _audit_log(ledger, connection, roots, tally, former[0] if former else ledger.authority)
+        _audit_kept(kept, roots, head, tally)
+        who = _audit_actors(connection, tally)
+        _audit_records(ledger, connection, tally)
     return Audit(
         fingerprint=ledger.authority.fingerprint,
         head=None if head is None else str(head),
@@ -161,80 +146,56 @@ def _audit_kept(kept: Sequence[Checkpoint], roots: Mapping[int, str], head: Head
             )
 
 
-def _audit_log(ledger: Ledger, roots: dict[int, str], tally: Tally, then: Authority) -> Head | None:
+def _audit_log(
+    ledger: Ledger, connection: Connection, roots: dict[int, str], tally: Tally, then: Authority
+) -> Head | None:
     """Check the log from its first entry on, under whose key it begins: `then`.
 
     Parameters: roots: by the numbers of entries over which they are asked for; they are put in.
     Returns: the head, or None if the head is not valid.
     """
-    last, tree, wrong = 0, Tree(), set[Place]()
-    for rows in _pages(ledger, tally):
-        made = dict[Place, bytes]()
-        for row in rows:
-            made |= tree.add(leaf_of(row.hash))
-            if tree.size in roots:
-                roots[tree.size] = tree.root().hex()
-            try:
-                check_entry(row, last, then)
-                then = authority_after(row, then)
-            except Fault as fault:
-                tally.report(fault.code, fault.text, row.seq)
-            # Go on from this entry's own number, so that one fault gives only one finding.
-            last = row.seq
-            _note_actor(row, tally)
-            tally.newest[row.subject], tally.last = row.record_sha256, row.seq
-            if row.action in ("enroll", "import") and row.holder is None and not row.erased:
-                tally.report(
-                    "record_missing", f"log entry {row.seq} enters id {row.subject}, but it has no record", row.subject
-                )
-        # After a gap, which is reported, no node is at its place.
-        if last == tree.size and made:
-            _check_nodes(ledger, made, wrong, tally)
+    last, tree, later = 0, Tree(), log.alias("later")
+    gone = select(later.c.seq).where(later.c.subject == log.c.subject, later.c.action == ERASE, later.c.seq > log.c.seq)
+    query = select(log, badges.c.id.label("holder"), exists(gone).label("erased"))
+    query = query.outerjoin(badges, badges.c.id == log.c.subject)
+    for row in tally.counted("entries", pages(connection, query, log.c.seq)):
+        tree.add(leaf_of(row.hash))
+        if tree.size in roots:
+            roots[tree.size] = tree.root().hex()
+        try:
+            check_entry(row, last, then)
+            then = authority_after(row, then)
+        except Fault as fault:
+            tally.report(fault.code, fault.text, row.seq)
+        # Go on from this entry's own number, so that one fault gives only one finding.
+        last = row.seq
+        _note_actor(row, tally)
+        tally.newest[row.subject] = row.record_sha256
+        if row.action in ("enroll", "import") and row.holder is None and not row.erased:
+            text = f"log entry {row.seq} enters id {row.subject}, but it has no record"
+            tally.report("record_missing", text, row.subject)
     if then.public_hex != ledger.authority.public_hex:
         tally.report("rotation", f"the log ends under authority {then.fingerprint}, which is not the registry's")
-    with ledger.snapshot() as connection:
-        try:
-            head = _check_end(ledger, connection, last, tree)
-            size = connection.scalar(select(func.max(log.c.seq))) or 0
-            number = connection.scalar(select(func.count()).select_from(nodes)) or 0
-            # They would be in the way of those to come.
-            if number > sum(size >> level for level in range(1, size.bit_length())):
-                tally.report("tree_node", "the log's tree has stored nodes that no entry makes")
-            return head
-        except Fault as fault:
-            tally.report(fault.code, fault.text)
-            return None
+    try:
+        return _check_end(ledger, connection, last, tree)
+    except Fault as fault:
+        tally.report(fault.code, fault.text)
+        return None
 
 
 def _check_end(ledger: Ledger, connection: Connection, last: int, tree: Tree) -> Head:
     """The signed head.  Raises: Fault if it is not valid, or not that of the entries that were looked at.
 
-    Parameters: last: the number of the last of these; tree: over them.  Others may have written meanwhile.
+    Parameters: last: the number of the last of these; tree: over them.
     """
     top = connection.execute(select(authority)).first()
-    end = connection.execute(last_entry()).first()
     if top is None or top.public_key != ledger.authority.public_hex:
         raise Fault("public_key", "the registry has come under another authority since it was opened")
-    head = check_head(top, None if end is None else end.seq, ledger.authority)
-    if last == tree.size and LogTree(connection, head).consistency(tree.size, tree.root()) is None:
+    head = check_head(top, last or None, ledger.authority)
+    # After a gap, which is reported, no root is that of the head.
+    if last == tree.size and tree.root().hex() != head.hash:
         raise Fault("head_hash", "the tree over the log's entries is not the one that the signed head names")
     return head
-
-
-def _check_nodes(ledger: Ledger, made: Mapping[Place, bytes], wrong: set[Place], tally: Tally) -> None:
-    """Report each stored node that is not the one that the entries make; where one below it differs, that one alone.
-
-    Parameters: wrong: the nodes that differ, to which others are added.
-    """
-    found = {(row.level, row.place): row.hash for row in ledger.rows(select_nodes(made))}
-    for (level, place), node in made.items():
-        if found.get((level, place)) == node.hex():
-            continue
-        wrong.add((level, place))
-        if not wrong & {(level - 1, 2 * place), (level - 1, 2 * place + 1)}:
-            first, end = (place << level) + 1, (place + 1) << level
-            text = f"the stored node of the log's tree over entries {first} to {end} is not the one that they give"
-            tally.report("tree_node", text, end)
 
 
 def _note_actor(row: AnyRow, tally: Tally) -> None:
@@ -250,10 +211,10 @@ def _note_actor(row: AnyRow, tally: Tally) -> None:
     tally.acted[row.actor] += 1
 
 
-def _audit_actors(ledger: Ledger, tally: Tally) -> dict[str, int]:
+def _audit_actors(connection: Connection, tally: Tally) -> dict[str, int]:
     """Check every entry's actor against the table `actors`; returns the number of entries by name."""
     named: dict[str, int] = {}
-    known = {row.commitment: row for row in ledger.rows(select(actors))}
+    known = {row.commitment: row for row in connection.execute(select(actors))}
     for who, entries in tally.acted.items():
         row = known.get(who)
         if row is not None and commitment(row.name, row.salt) == who:
@@ -275,53 +236,23 @@ def _former(ledger: Ledger) -> list[Authority]:
         return []
 
 
-def _pages(ledger: Ledger, tally: Tally) -> Iterator[list[AnyRow]]:
-    """The rows of the log in order, page by page, each with `holder`, the id of the record that it is about, if any.
-
-    Also `erased`: whether a later entry says that the person was erased.
-    """
-    later = log.alias("later")
-    gone = select(later.c.seq).where(later.c.subject == log.c.subject, later.c.action == ERASE, later.c.seq > log.c.seq)
-    query = select(log, badges.c.id.label("holder"), exists(gone).label("erased"))
-    query = query.outerjoin(badges, badges.c.id == log.c.subject)
-    query = query.order_by(log.c.seq).limit(PAGE)
-    rows = ledger.rows(query)
-    while rows:
-        tally.counts["entries"] += len(rows)
-        yield rows
-        tally.step()
-        rows = ledger.rows(query.where(log.c.seq > rows[-1].seq))
-
-
-def _written_since(ledger: Ledger, subject: str, tally: Tally) -> bool:
-    """Whether the log has entries about a record that were written after it was looked at."""
-    return bool(ledger.rows(select(log.c.seq).where(log.c.subject == subject, log.c.seq > tally.last).limit(1)))
-
-
-def _audit_records(ledger: Ledger, tally: Tally) -> None:
+def _audit_records(ledger: Ledger, connection: Connection, tally: Tally) -> None:
     """Check each record against its signature and its newest entry."""
     changed = select(func.count()).where(log.c.subject == badges.c.id, log.c.action.in_((REPLACED, REFINED)))
     query: AnySelect = select_records().add_columns(changed.scalar_subquery().label("changed"))
-    query = query.order_by(badges.c.id).limit(PAGE)
-    rows = ledger.rows(query)
-    while rows:
-        for row in rows:
-            tally.counts["records"] += 1
-            tally.counts["revoked"] += row.revoked_at is not None
-            try:
-                record = record_of(row, ledger.authority)
-                if tally.newest.get(row.id) != row.newest and not _written_since(ledger, row.id, tally):
-                    text = f"the record of id {row.id} is not the version that the log has last, which an index hides"
-                    tally.report("record_stale", text, row.id)
-                if (row.skeleton, row.folded) != (skeleton(record.name), folded_skeleton(record.name)):
-                    text = f"what the name of id {row.id} looks like was changed, so look-alikes of it are not found"
-                    tally.report("record_skeleton", text, row.id)
-                if (kept := len(record.earlier_figures)) < row.changed:
-                    text = (
-                        f"of id {row.id} {kept} earlier sets of measured figures are on record, and {row.changed} were"
-                    )
-                    tally.report("figures_missing", text, row.id)
-            except Fault as fault:
-                tally.report(fault.code, fault.text, row.id)
-        tally.step()
-        rows = ledger.rows(query.where(badges.c.id > rows[-1].id))
+    for row in tally.counted("records", pages(connection, query, badges.c.id)):
+        tally.counts["revoked"] += row.revoked_at is not None
+        try:
+            record = record_of(row, ledger.authority)
+        except Fault as fault:
+            tally.report(fault.code, fault.text, row.id)
+            continue
+        if tally.newest.get(row.id) != row.newest:
+            text = f"the record of id {row.id} is not the version that the log has last, which an index hides"
+            tally.report("record_stale", text, row.id)
+        if (row.skeleton, row.folded) != (skeleton(record.name), folded_skeleton(record.name)):
+            text = f"what the name of id {row.id} looks like was changed, so look-alikes of it are not found"
+            tally.report("record_skeleton", text, row.id)
+        if (kept := len(record.earlier_figures)) < row.changed:
+            text = f"of id {row.id} {kept} earlier sets of measured figures are on record, and {row.changed} were"
+            tally.report("figures_missing", text, row.id)

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
+from moireid.registry.engine import AnyRow
+
 #: Findings beyond this many are counted, not kept: a table torn to pieces must not fill the memory.
 KEPT = 1000
+#: Rows between two reports of progress.
+STEP = 500
 
 
 @dataclass(frozen=True)
@@ -107,9 +111,8 @@ class Tally:
         #: Ids of badges whose holders were erased.
         self.ended: set[str] = set()
         self.findings: list[Finding] = []
-        #: Hash of each record's newest version by the entries that were looked at, and the last of their numbers.
+        #: Hash of each record's newest version by the entries that were looked at.
         self.newest: dict[str, str] = {}
-        self.last = 0
 
     def report(self, code: str, text: str, subject: object = None) -> None:
         """Count a finding, and keep it if there are not too many."""
@@ -117,7 +120,15 @@ class Tally:
         if len(self.findings) < KEPT:
             self.findings.append(Finding(code, text, None if subject is None else str(subject)))
 
-    def step(self) -> None:
-        """Report the progress."""
+    def counted(self, what: str, rows: Iterable[AnyRow]) -> Iterator[AnyRow]:
+        """The rows, each counted as one of `what`; the progress is reported at each `STEP` of them, and at the end."""
+        for number, row in enumerate(rows, 1):
+            self.counts[what] += 1
+            yield row
+            if number % STEP == 0:
+                self._report_progress()
+        self._report_progress()
+
+    def _report_progress(self) -> None:
         if self._progress:
             self._progress(self.counts["records"] + self.counts["entries"], self._total)

@@ -23,7 +23,6 @@ from moireid.registry.engine import AnyRow, chunks, sqlite_file, translated, wri
 from moireid.registry.keys import Authority
 from moireid.registry.ledger import Ledger
 from moireid.registry.log import authority_after, check_entry, leaf_of
-from moireid.registry.log_tree import grow
 from moireid.registry.look_alikes import folded_skeleton, skeleton
 from moireid.registry.merkle import Tree
 from moireid.registry.record import DOCUMENTS, Fault, record_of
@@ -133,7 +132,6 @@ def load(path: Path, copy: Ledger) -> None:
             own = _load(stream, connection)
             values = {name: getattr(own, name) for name in ExportHeader.__struct_fields__[2:]}
             connection.execute(insert(authority).values(one=1, **values))
-            grow(connection, Tree())
     except OSError as error:
         raise RegistryError(f"export {path} cannot be read ({error.strerror}); give the path of one") from error
     except (ValueError, RecursionError) as error:

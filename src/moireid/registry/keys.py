@@ -20,7 +20,6 @@ import pwd
 import re
 import secrets
 from pathlib import Path
-from typing import Protocol
 
 from cryptography.exceptions import InvalidSignature
 from cryptography.hazmat.primitives import serialization
@@ -32,8 +31,6 @@ from moireid.registry.canonical import canonical_json, sha256_hex
 from moireid.user_settings import data_folder, expanded
 
 KEYS_VARIABLE = "MOIREID_KEYS"
-#: The socket of a process that has the keys in this one's place (`signing/`).
-SIGNER_VARIABLE = "MOIREID_SIGNER"
 
 RECORD = b"moireid registry record 1\n"
 ENTRY = b"moireid registry log entry 1\n"
@@ -75,18 +72,6 @@ class Authority:
         return True
 
 
-class Signs(Protocol):
-    """Signs in an authority's name: with the private key, or by asking another process."""
-
-    authority: Authority
-
-    def sign(self, domain: bytes, content: bytes) -> str:
-        """The signature over `content` in `domain`, 128 hex digits; the same content gives the same one."""
-
-    def sign_entry(self, text: bytes) -> str:
-        """The signature over a log entry, given its hashed text: a bare hash would not say what is signed."""
-
-
 class Signer:
     """The private half: signs in the authority's name."""
 
@@ -97,10 +82,6 @@ class Signer:
     def sign(self, domain: bytes, content: bytes) -> str:
         """The signature over `content` in `domain`, 128 hex digits; the same content gives the same one."""
         return self._key.sign(domain + content).hex()
-
-    def sign_entry(self, text: bytes) -> str:
-        """The signature over a log entry, given its hashed text, 128 hex digits."""
-        return self.sign(ENTRY, sha256_hex(text).encode())
 
 
 def keys_folder() -> Path | None:

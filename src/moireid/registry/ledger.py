@@ -29,7 +29,7 @@ from moireid.registry.engine import (
     translated,
     writing,
 )
-from moireid.registry.keys import Authority, Signs, actor_row, new_salt
+from moireid.registry.keys import Authority, Signer, actor_row, key_of, new_salt
 from moireid.registry.log import (
     ERASE,
     NO_RECORD,
@@ -43,13 +43,11 @@ from moireid.registry.log import (
     next_rows,
     rotation_of,
 )
-from moireid.registry.log_tree import LogTree, store_nodes
-from moireid.registry.merkle import Place, Tree
+from moireid.registry.log_tree import LogTree
 from moireid.registry.opening import prepare
 from moireid.registry.record import Fault, Record, record_of, tampered
 from moireid.registry.rollback import LogState, check_successors, compared, standing_of
 from moireid.registry.seen import Memory, recall, remember
-from moireid.registry.signing.client import load_signer
 
 
 def open_ledger(url: URL, *, create: bool, make_authority: bool, actor: str) -> Ledger:
@@ -86,7 +84,9 @@ class Ledger:
         self.checked, self.remembered = True, True
         #: The head that witnesses have seen, if a reader asks for that (`Registry.require_witnesses`); else None.
         self.witnessed: Head | None = None
-        self._signer: Signs | None = None
+        #: The log as an earlier transaction read it.
+        self._tree: LogTree | None = None
+        self._signer: Signer | None = None
         self._authority: Authority | None = None
         if public_key is not None:
             self.adopt(public_key)
@@ -113,10 +113,14 @@ class Ledger:
         """Whether there is an authority; only a registry that awaits an import has none."""
         return self._authority is not None
 
-    def signer(self) -> Signs:
+    def signer(self) -> Signer:
         """The private key, read once.  Raises: RegistryError if it is not on this machine."""
         if self._signer is None:
-            self._signer = load_signer(self.authority, self.shown)
+            try:
+                self._signer = key_of(self.authority)
+            except RegistryError as error:
+                details = {"fingerprint": self.authority.fingerprint} | error.details
+                raise RegistryError(f"registry {self.shown} can only be read here: {error}", **details) from error
         return self._signer
 
     @contextmanager
@@ -189,9 +193,8 @@ class Ledger:
             if last is not None and not isinstance(last.seq, int):
                 # The tables were exchanged since they were looked at; text is the last, so all others are numbers.
                 raise Fault("tables", "the numbers of the log's entries are none")
-            tree = LogTree(connection, check_head(row, None if last is None else last.seq, self.authority))
-            if last is not None and tree.inclusion(last.seq, last.hash) is None:
-                raise Fault("head_hash", f"the log's tree does not lead from entry {last.seq} to the signed head")
+            head = check_head(row, None if last is None else last.seq, self.authority)
+            self._tree = tree = LogTree(connection, head, self._tree)
         return tree
 
     def rotations(self, connection: Connection | None = None) -> list[Rotation]:
@@ -227,7 +230,7 @@ class Ledger:
 
         Reading a record compares it with its newest entry among those that are present.  An attacker who can write to
         the database could put back a record from before its revocation, and change the revocation's entry, or take it
-        out.  No proof of inclusion shows that, as the older entry is in the tree too.
+        out.  A proof that the older entry is in the tree does not show that.
         Raises: RegistryError if an entry on the way was changed or taken out, or is about another version of the
             record; or if witnesses must have seen it, and it is later than they have.  What bars a badge counts unseen.
         Source: the root over all entries is signed; so no signature on the way counts.  100,000 entries take about a
@@ -288,7 +291,7 @@ class Ledger:
                     f"registry {self.shown} holds records of authority {self.authority.fingerprint}, and this export "
                     f"is of {successor.fingerprint}; import it into an empty registry"
                 )
-            for table in (schema.authority, schema.actors, schema.log, schema.nodes, schema.badges):
+            for table in (schema.authority, schema.actors, schema.log, schema.badges):
                 connection.execute(delete(table))
             yield connection
             state = after._state(connection)
@@ -317,7 +320,8 @@ class Transaction:
         self.connection = connection
         #: The log as the transaction found it.
         self.tree = tree
-        self._growing: Tree | None = None
+        #: The tree to which entries are added.
+        self.growing = tree.tree.copy()
         #: The last head that was signed here.
         self.signed: Head | None = None
         #: The public key by which the registry goes on, if that is another one.
@@ -356,27 +360,19 @@ class Transaction:
 
     def _log(self, done: list[tuple[str, str, str]]) -> None:
         signer = self.ledger.signer()
-        self.append(next_rows(signer, self.growing().size, done, self.committed()), signer)
+        self.append(next_rows(signer, self.growing.size, done, self.committed()), signer)
 
-    def append(self, rows: list[dict[str, Any]], signer: Signs, **values: str) -> Head:
+    def append(self, rows: list[dict[str, Any]], signer: Signer, **values: str) -> Head:
         """Add entries to the log, and move the head, which `signer` signs; values: other columns of `authority`.
 
         The head is over the entries as they are here, not as the database gives them back, which could be others.
         """
-        tree, made = self.growing(), dict[Place, bytes]()
         self.connection.execute(insert(schema.log), rows)
         for row in rows:
-            made |= tree.add(leaf_of(row["hash"]))
-        store_nodes(self.connection, made)
-        self.signed = head = Head(tree.size, tree.root().hex())
+            self.growing.add(leaf_of(row["hash"]))
+        self.signed = head = Head(self.growing.size, self.growing.root().hex())
         self.connection.execute(update(schema.authority).values(head_row(signer, head) | values))
         return head
-
-    def growing(self) -> Tree:
-        """The tree to which entries are added."""
-        if self._growing is None:
-            self._growing = self.tree.growing()
-        return self._growing
 
     def committed(self) -> str:
         """The actor as the log holds them, with a salt of their own from their first entry on."""

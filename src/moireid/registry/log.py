@@ -19,14 +19,12 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any
-
-import msgspec
+from typing import Any
 
 from moireid.provenance import AuthorityKey
 from moireid.registry.canonical import canonical_json, sha256_hex, utc_now
 from moireid.registry.engine import AnyRow
-from moireid.registry.keys import ENTRY, ENTRY_TEXT, ROOT, Authority, Signs
+from moireid.registry.keys import ENTRY, ENTRY_TEXT, ROOT, Authority, Signer
 from moireid.registry.merkle import leaf_hash
 from moireid.registry.record import Fault
 
@@ -76,25 +74,9 @@ class Rotation:
     time: str
 
 
-class LogEntry(msgspec.Struct):
-    """What is hashed of an entry, as the signer process is sent it."""
-
-    seq: Annotated[int, msgspec.Meta(ge=1, lt=10**18)]
-    time: str
-    action: str
-    subject: str
-    record_sha256: str
-    actor: str
-
-
-def entry_text(entry: Mapping[str, Any]) -> bytes:
-    """The text of an entry that is hashed.  Raises: TypeError or ValueError if a field cannot be JSON."""
-    return ENTRY_TEXT + canonical_json({key: entry[key] for key in HASHED}).encode()
-
-
 def entry_hash(entry: Mapping[str, Any]) -> str:
     """The hash of an entry, 64 hex digits.  Raises: TypeError or ValueError if a field cannot be JSON."""
-    return sha256_hex(entry_text(entry))
+    return sha256_hex(ENTRY_TEXT + canonical_json({key: entry[key] for key in HASHED}).encode())
 
 
 def leaf_of(entry_hash: object) -> bytes:
@@ -105,12 +87,12 @@ def leaf_of(entry_hash: object) -> bytes:
         return b""
 
 
-def head_row(signer: Signs, head: Head) -> dict[str, Any]:
+def head_row(signer: Signer, head: Head) -> dict[str, Any]:
     """The columns of `authority` that hold the head, signed."""
     return {"head_seq": head.seq, "head_hash": head.hash, "head_signature": signer.sign(ROOT, str(head).encode())}
 
 
-def next_rows(signer: Signs, size: int, done: Iterable[tuple[str, str, str]], actor: str) -> list[dict[str, Any]]:
+def next_rows(signer: Signer, size: int, done: Iterable[tuple[str, str, str]], actor: str) -> list[dict[str, Any]]:
     """Rows of `log` for what was done after the first `size` entries: each (action, subject, SHA-256 of the record).
 
     Parameters: actor: the actor's commitment.
@@ -125,12 +107,12 @@ def next_rows(signer: Signs, size: int, done: Iterable[tuple[str, str, str]], ac
             "record_sha256": digest,
             "actor": actor,
         }
-        text = entry_text(entry)
-        rows.append(entry | {"hash": sha256_hex(text), "signature": signer.sign_entry(text)})
+        found = entry_hash(entry)
+        rows.append(entry | {"hash": found, "signature": signer.sign(ENTRY, found.encode())})
     return rows
 
 
-def first_rows(signer: Signs, actor: str) -> tuple[dict[str, Any], dict[str, Any]]:
+def first_rows(signer: Signer, actor: str) -> tuple[dict[str, Any], dict[str, Any]]:
     """The row of `authority` and the first row of `log`; that row names the key, so a head confirms the key as well."""
     authority = signer.authority
     (row,) = next_rows(signer, 0, [("init", authority.fingerprint, key_digest(authority))], actor)
@@ -144,11 +126,11 @@ def key_digest(authority: Authority) -> str:
     return sha256_hex(bytes.fromhex(authority.public_hex))
 
 
-def rotation_row(old: Signs, new: Signs, size: int, actor: str) -> dict[str, Any]:
+def rotation_row(old: Signer, new: Signer, size: int, actor: str) -> dict[str, Any]:
     """The row of `log`, after its first `size` entries, that gives it another key."""
     subject = f"{ROTATED}{old.authority.public_hex}:{new.authority.public_hex}"
     (row,) = next_rows(old, size, [(ROTATE, subject, key_digest(new.authority))], actor)
-    return row | {"signature": row["signature"] + new.sign_entry(entry_text(row))}
+    return row | {"signature": row["signature"] + new.sign(ENTRY, row["hash"].encode())}
 
 
 def rotation_of(entry: Mapping[str, Any]) -> Rotation:

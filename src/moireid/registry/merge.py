@@ -32,8 +32,6 @@ from moireid.registry.export_file import load
 from moireid.registry.keys import account
 from moireid.registry.ledger import Ledger, Transaction, open_ledger
 from moireid.registry.log import ERASE
-from moireid.registry.log_tree import grow
-from moireid.registry.merkle import Tree
 from moireid.registry.schema import actors, badges, log, pages
 
 
@@ -119,15 +117,13 @@ def _adopt(there: Connection, source: Ledger, target: Ledger) -> Import:
     """Make `target`, which must be empty, a copy."""
     with target.clearing(source.authority) as here:
         _copy_log(there, here)
-        grow(here, Tree())
         added = _copy(there, here, badges, badges.c.id)
     return Import(added, 0, 0)
 
 
 def _catch_up(there: Connection, transaction: Transaction, *, resigned: bool) -> Import:
     """Copy the source's later log entries, and the records that they are about; all records if `resigned`."""
-    here, tree = transaction.connection, transaction.growing()
-    newer = log.c.seq > tree.size
+    here, newer = transaction.connection, log.c.seq > transaction.tree.size
     said, gone, before = set(there.scalars(select(log.c.subject).where(newer))), set(_erased_in(there)), _count(here)
     # A registry may hold millions of badges; of these, only what the later entries are about is looked at.
     known = {found for ids in chunks(sorted(said | gone)) for found in _held(here, ids)}
@@ -138,7 +134,6 @@ def _catch_up(there: Connection, transaction: Transaction, *, resigned: bool) ->
         here.execute(delete(badges).where(badges.c.id.in_(ids)))
     _copy(there, here, badges, badges.c.id, None if resigned else badges.c.id.in_(select(log.c.subject).where(newer)))
     _copy_log(there, here, newer)
-    grow(here, tree)
     kept = before - len(erased)
     return Import(_count(there) - kept, len(changed), kept - len(changed), len(erased))
 

@@ -11,9 +11,8 @@ from sqlalchemy.types import TypeEngine
 from moireid.errors import RegistryError
 from moireid.registry import schema
 from moireid.registry.engine import writing
-from moireid.registry.keys import actor_row
+from moireid.registry.keys import actor_row, new_key
 from moireid.registry.log import first_rows
-from moireid.registry.signing.client import make_key
 
 TABLES = set(schema.metadata.tables)
 
@@ -100,7 +99,7 @@ def _create(engine: Engine, actor: str, *, make_authority: bool) -> bool:
     Returns: whether it made the authority.
     """
     # The key is on the disk before the registry says that it is the authority's.
-    signer, path = make_key() if make_authority else (None, None)
+    signer, path = new_key() if make_authority else (None, None)
     used = False
     try:
         with writing(engine) as connection:

@@ -82,7 +82,7 @@ class PublicView(RegistryQueries):
         Returns
         -------
         tuple
-            The checkpoint; and for each older one its size, and the proof of `merkle.consistent`.
+            The checkpoint; and for each older one its size, and the proof of RFC 6962, section 2.1.2.
 
         Raises
         ------

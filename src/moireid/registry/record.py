@@ -18,7 +18,7 @@ from moireid.names import MOST_LINES, hidden_words, line_fault, line_of
 from moireid.provenance import Exclusion
 from moireid.registry.canonical import canonical_json, pack, sha256_hex, unpack, utc_now
 from moireid.registry.engine import AnyRow
-from moireid.registry.keys import RECORD, Authority, Signs
+from moireid.registry.keys import RECORD, Authority, Signer
 from moireid.registry.look_alikes import folded_skeleton, skeleton
 
 REVOKED, SUSPENDED = ("revoked_at", "revoked_reason"), ("suspended_at", "suspended_reason")
@@ -207,12 +207,12 @@ class Record(BadgeState):
         """
         return sha256_hex(self.signed_text)
 
-    def row(self, signer: Signs) -> dict[str, Any]:
+    def row(self, signer: Signer) -> dict[str, Any]:
         """Make the signed row of table `badges`.
 
         Parameters
         ----------
-        signer : Signs
+        signer : Signer
             Of the authority.
 
         Returns

@@ -11,10 +11,9 @@ from sqlalchemy import bindparam, select, update
 
 from moireid.registry import schema
 from moireid.registry.engine import chunks
-from moireid.registry.keys import RECORD, Signs
+from moireid.registry.keys import RECORD, Signer, new_key
 from moireid.registry.ledger import Ledger, Transaction
 from moireid.registry.log import rotation_row
-from moireid.registry.signing.client import make_key
 
 Progress = Callable[[int, int | None], None]
 
@@ -23,24 +22,23 @@ def rotate(ledger: Ledger, actor: str, progress: Progress | None) -> int:
     """What `Registry.rotate_key` does."""
     old = ledger.signer()
     # The new key is on the disk before the registry says that it is the authority's.
-    new, path = make_key()
+    new, path = new_key()
     try:
         with ledger.writing(actor) as transaction:
             count = _signed_anew(transaction, new, progress)
-            row = rotation_row(old, new, transaction.growing().size, transaction.committed())
+            row = rotation_row(old, new, transaction.growing.size, transaction.committed())
             transaction.append([row], new, public_key=new.authority.public_hex)
             transaction.successor = new.authority.public_hex
     except BaseException:
         # A key that the registry did not take is removed; if that is not known, it stays.
-        if path is not None:
-            stored = [row.public_key for row in ledger.unchecked().rows(select(schema.authority))]
-            if stored != [new.authority.public_hex]:
-                path.unlink(missing_ok=True)
+        stored = [row.public_key for row in ledger.unchecked().rows(select(schema.authority))]
+        if stored != [new.authority.public_hex]:
+            path.unlink(missing_ok=True)
         raise
     return count
 
 
-def _signed_anew(transaction: Transaction, new: Signs, progress: Progress | None) -> int:
+def _signed_anew(transaction: Transaction, new: Signer, progress: Progress | None) -> int:
     """Sign all records with the new key, each checked by the old one first."""
     statement = update(schema.badges).where(schema.badges.c.id == bindparam("of")).values(signature=bindparam("by"))
     done = 0

@@ -1,15 +1,14 @@
 """The tables, their version, and their queries.
 
 `badges` holds one row for each issued badge: its signed record (record.py).  `log` holds one for each action (log.py),
-`nodes` the tree over it (log_tree.py), `actors` the names of the actors (keys.py), and `authority` a single row: the
-public key, and the log's head, signed.  A later version that changes tables must raise `SCHEMA_VERSION`; so must one
-that changes what `Badge.layout_key` hashes, what is signed, or what names look like, because old keys, signatures and
-skeletons would no longer compare.
+`actors` the names of the actors (keys.py), and `authority` a single row: the public key, and the log's head, signed.
+A later version that changes tables must raise `SCHEMA_VERSION`; so must one that changes what `Badge.layout_key`
+hashes, what is signed, or what names look like, because old keys, signatures and skeletons would no longer compare.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from sqlalchemy import (
@@ -114,15 +113,6 @@ log = Table(
 # Serves the newest entry of a record, which every reading compares.
 Index("log_by_subject", log.c.subject, log.c.seq)
 
-nodes = Table(
-    "nodes",
-    metadata,
-    Column("level", Integer, primary_key=True, autoincrement=False),
-    Column("place", _number, primary_key=True, autoincrement=False),
-    Column("hash", _text, nullable=False),
-    sqlite_with_rowid=False,
-)
-
 actors = Table(
     "actors",
     metadata,
@@ -156,22 +146,6 @@ def pages(connection: Connection, query: AnySelect, key: Column[Any]) -> Iterato
 def last_entry() -> AnySelect:
     """The sequence number and hash of the log's last entry."""
     return select(log.c.seq, log.c.hash).order_by(log.c.seq.desc()).limit(1)
-
-
-def select_nodes(places: Iterable[tuple[int, int]]) -> AnySelect:
-    """The nodes at some places, each level and place."""
-    return select(nodes).where(nodes_at(places))
-
-
-def nodes_at(places: Iterable[tuple[int, int]]) -> ColumnElement[bool]:
-    """The condition that a node is at one of some places, each level and place.
-
-    Level by level: SQLite searches a list of pairs in the whole table.
-    """
-    levels: dict[int, list[int]] = {}
-    for level, place in places:
-        levels.setdefault(level, []).append(place)
-    return or_(*(and_(nodes.c.level == one, nodes.c.place.in_(levels[one])) for one in levels))
 
 
 def select_records() -> AnySelect:

@@ -19,7 +19,6 @@ from moireid.registry import Audit, Registry, default_url, open_registry
 from moireid.registry.engine import read_url
 from moireid.registry.keys import keys_folder
 from moireid.registry.seen import seen_path
-from moireid.registry.signing.client import signer_address
 from moireid_studio.auth.tokens import Tokens
 from moireid_studio.http.metrics import Metrics
 from moireid_studio.jobs.claims import PreparedJob, prepared
@@ -91,14 +90,14 @@ class Studio:
 
     @property
     def for_children(self) -> dict[str, str | None]:
-        """The registry's URL, its keys or their signer, and what was seen of it, for processes that issue badges.
+        """The registry's URL, its keys, and what was seen of it, for processes that issue badges.
 
         These work in another folder, and may be older than all that.
         """
         url = read_url(self.settings.registry_url or default_url()).render_as_string(hide_password=False)
         places = {"keys": keys_folder(), "seen": seen_path()}
         found = {name: str(place) if place else None for name, place in places.items()}
-        return {"registry_url": url, "signer": signer_address()} | found
+        return {"registry_url": url} | found
 
     def needs(self) -> dict[str, bool]:
         """Of each thing that the studio needs for new work, whether it is there; looked at once a second at most."""

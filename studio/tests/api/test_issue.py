@@ -24,7 +24,6 @@ from moireid.asbuilt import AsBuilt
 from moireid.badge import Badge, badge_from_json
 from moireid.cli.main import moireid
 from moireid.designer import Order, design_badge
-from moireid.registry.signing.signer_process import own_signer
 from moireid.sheets import DEFAULT_LENS
 from moireid_studio.store.job import Job
 
@@ -275,22 +274,6 @@ def test_no_figures_are_kept_in_a_registry_that_was_put_back(
         assert refused.status_code == 503 and "ends at log entry" in refused.text
         monkeypatch.setenv("MOIREID_SEEN", str(tmp_path / "another person's"))
         assert registry.find(record.id).as_built is None
-
-
-@pytest.mark.slow
-def test_badges_are_issued_by_a_studio_that_has_no_key(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Catches: a page, or a process that makes badges, that reads the key itself; one that knows no signer."""
-    monkeypatch.setenv("MOIREID_KEYS", str(tmp_path / "far away"))
-    with own_signer() as path, monkeypatch.context() as patch:
-        patch.setenv("MOIREID_SIGNER", path)
-        patch.setenv("MOIREID_KEYS", str(tmp_path / "here"))
-        with studio(tmp_path) as visit:
-            job = visit.ask("POST", "/api/badges", "issuer", json=order("Ada Signed")).json()["id"]
-            issued = done(visit, job)["result"]["id"]
-            revoked = visit.ask("POST", f"/api/registry/{issued}/revoke", "issuer", json={"reason": "lost"})
-            assert revoked.status_code == 200, revoked.text
-            assert visit.studio.registry.audit().sound and not visit.studio.registry.key_path.exists()
-        assert not (tmp_path / "here").exists() and len(list((tmp_path / "far away").iterdir())) == 1
 
 
 def test_a_name_that_exists_is_told_before_anything_is_issued(visit: Visit) -> None:

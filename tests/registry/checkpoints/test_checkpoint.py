@@ -14,11 +14,11 @@ import pytest
 from click.testing import CliRunner
 
 from kit.registries import badge_of, run, url_of
+from kit.witnesses import consistent
 from moireid.cli.main import moireid
 from moireid.errors import RegistryError
 from moireid.registry import open_registry
 from moireid.registry.checkpoints.sources import checkpoints_from
-from moireid.registry.merkle import consistent
 
 
 @pytest.fixture

@@ -164,14 +164,6 @@ def several(badge: Badge) -> Sequence[Reason]:
     return chapters.identity_of(parts)[0].reasons
 
 
-def carried(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Sequence[Reason]:
-    from moireid.attest import film_credentials
-
-    monkeypatch.setattr(film_credentials, "may_carry", lambda film: True)
-    monkeypatch.setattr(film_credentials, "_read_apart", lambda film: {"state": "Valid", "signer": "Ada"})
-    return [Reason(**one) for one in film_credentials.with_carried({"reasons": []}, tmp_path)["reasons"]]
-
-
 def evidence(badge: Badge, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Sequence[Reason]]:
     """What causes each reason, undecided where it can be that."""
     yield [chapters._badge_absent(replace(no_track(badge, 300, (640, 480)), times_s=np.arange(9) / 30))]
@@ -204,7 +196,6 @@ def evidence(badge: Badge, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> I
     yield [Reason(code, "fail", "lost", None, "", "It does not count.") for code in BARRED]
     yield claims(badge)
     yield built(badge)
-    yield carried(tmp_path, monkeypatch)
     yield badge_session.others_note(1, {ADA}, {"frame": 0, "corners_px": [[0, 0]] * 4})
     judged: Any = SimpleNamespace(read=lambda: set(), judged_s=[], region=lambda by: None)
     yield badge_session.broken_findings(judged, [badge_session.BrokenBadge(frozenset(), ((0.0, 9.0),), None)])

@@ -10,7 +10,6 @@ from typing import Any
 import click
 
 from moireid.cli.common import FiniteRange, Parsed, form_option, paper_option, printer_dpi_option
-from moireid.cli.removed import RemainingChoice
 from moireid.errors import SpecError
 
 #: Names of `designer.formats.FORMATS`, repeated here because importing that package would slow down `--help`.
@@ -124,7 +123,7 @@ OPTIONS = [
     ),
     click.option(
         "--front",
-        type=RemainingChoice(["lens", "mask"]),
+        type=click.Choice(["lens", "mask"]),
         default="lens",
         show_default=True,
         help="What is on top: a lenticular sheet, or a line mask printed on clear film with an acrylic spacer.",

@@ -1,12 +1,7 @@
-"""registry export, import, rotate-key, signer: copies of a registry as JSON files, and its signing key.
-
-rotate-key makes a new key, and signer keeps the key in a process of its own.
-"""
+"""registry export, import, rotate-key: copies of a registry as JSON files, and its signing key."""
 
 from __future__ import annotations
 
-import contextlib
-import os
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -25,7 +20,7 @@ from moireid.cli.common import (
     show_json,
 )
 from moireid.cli.registry.records import registry_command, registry_group
-from moireid.errors import RegistryError, SpecError
+from moireid.errors import RegistryError
 
 if TYPE_CHECKING:
     from moireid.registry import Registry
@@ -54,33 +49,6 @@ def registry_rotate_key(registry: Registry, as_json: bool) -> None:
     echo("make a checkpoint and give it to others: it shows that the change was yours")
     if key is not None:
         echo(f"the new private key is {key}: keep a copy; that of {old} signs nothing here any more")
-
-
-@registry_group.command("signer")
-@click.option(
-    "--socket",
-    "path",
-    required=True,
-    type=click.Path(path_type=Path),
-    help="Listen here; other programs find it by MOIREID_SIGNER.",
-)
-@click.option("--group", metavar="NAME", help="Members of this group of the system may ask, too; default: you alone.")
-@friendly
-def registry_signer(path: Path, group: str | None) -> None:
-    """Sign for others, who never see the private key.
-
-    Run it under a separate account, which alone can read the keys folder (MOIREID_KEYS). Give the others, such as the
-    studio, MOIREID_SIGNER=SOCKET: they ask for each signature, and never see the key. It signs records, log entries,
-    checkpoints and bundles, and nothing else.
-
-    Stop it with Ctrl-C.
-    """
-    if os.name == "nt":
-        raise SpecError("no signer runs on Windows, which lacks its kind of sockets; run it on Linux or macOS")
-    from moireid.registry.signing.signer_process import serve
-
-    with contextlib.suppress(KeyboardInterrupt):
-        serve(path.absolute(), group, ready=lambda: say(f"signing for those who ask at {path}  (stop it with Ctrl-C)"))
 
 
 @registry_command("export", overwrite_option)

@@ -24,14 +24,13 @@ from moireid.cli.common import (
     say,
     show_json,
 )
-from moireid.cli.removed import RemainingCommands
 from moireid.errors import SpecError
 
 if TYPE_CHECKING:
     from moireid.registry import Record, Registry
 
 
-@click.group("registry", cls=RemainingCommands)
+@click.group("registry")
 def registry_group() -> None:
     """Look after the registry of badges: list, show, suspend, revoke, audit."""
 
@@ -76,20 +75,16 @@ def registry_init(registry: Registry, as_json: bool) -> None:
 
     A registry that already exists is left as it is.
     """
-    from moireid.registry.signing.client import signer_address
-
     count, head, key = registry.count(), registry.head(), registry.key_here
     if as_json:
         document = {"registry": registry.shown_url, "badges": count, "fingerprint": registry.fingerprint}
         document |= {"log_key": registry.log_key}
-        show_json(document | {"head": head, "key": str(key) if key else None, "signer": signer_address()})
+        show_json(document | {"head": head, "key": str(key) if key else None})
         return
     echo(f"{registry.shown_url} is ready and holds {count} badges")
     echo(f"the fingerprint of its authority is {registry.fingerprint}: give it to all who check badges")
     echo(f"witnesses of its log are given the key {registry.log_key}")
-    if (signer := signer_address()) is not None:
-        echo(f"its private key is with the signer at {signer}: have a copy kept there")
-    elif key is not None:
+    if key is not None:
         echo(f"its private key is {key}: keep a copy, and show it to no one")
     else:
         echo("its private key is not on this machine, so it can only be read and not changed")

@@ -23,7 +23,7 @@ from moireid.files import read_regular
 from moireid.provenance import Seal
 from moireid.registry.canonical import sha256_hex
 from moireid.registry.checkpoints.note import opened, parted, signed_note
-from moireid.registry.keys import Authority, Signs
+from moireid.registry.keys import Authority, Signer
 from moireid.registry.log import Head
 from moireid.registry.record import BadgeState
 
@@ -52,7 +52,7 @@ class Header:
     length: int
     sha256: str
 
-    def sealed_file(self, signer: Signs, content: bytes) -> bytes:
+    def sealed_file(self, signer: Signer, content: bytes) -> bytes:
         """The whole file."""
         name = ORIGIN + signer.authority.fingerprint
         text = "".join(f"{line} {getattr(self, line)}\n" for line in _LINES)

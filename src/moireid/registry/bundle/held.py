@@ -240,11 +240,9 @@ class Bundle:
         """Whether its log, all of which is signed, goes on from an earlier head."""
         if seen == self._head:
             return True
-        tree, before = Tree(), b""
-        for seq in range(1, self._head.seq + 1):
-            tree.add(leaf_hash(self._content.hash_at(seq) or b""))
-            before = tree.root() if tree.size == seen.seq else before
-        return before.hex() == seen.hash and tree.root().hex() == self._head.hash
+        leaves = [leaf_hash(self._content.hash_at(seq) or b"") for seq in range(1, self._head.seq + 1)]
+        roots = [Tree(leaves[: head.seq]).root().hex() for head in (seen, self._head)]
+        return roots == [seen.hash, self._head.hash]
 
     def rotations(self) -> list[Rotation]:
         """The changes of the authority's key, as far as they are proven here.

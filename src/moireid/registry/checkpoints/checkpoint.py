@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from moireid.errors import RegistryError
 from moireid.registry.canonical import utc_now
 from moireid.registry.checkpoints.note import opened, parted, signed_note
-from moireid.registry.keys import FINGERPRINT_DIGITS, Authority, Signs
+from moireid.registry.keys import FINGERPRINT_DIGITS, Authority, Signer
 from moireid.registry.log import Head
 from moireid.registry.log_tree import LogTree
 
@@ -99,7 +99,7 @@ def checkpoint_from(note: str, source: str) -> Checkpoint:
     return Checkpoint(fingerprint, int(size), content, dates[0], note)
 
 
-def sign_checkpoint(tree: LogTree, signer: Signs) -> Checkpoint:
+def sign_checkpoint(tree: LogTree, signer: Signer) -> Checkpoint:
     """The checkpoint of a log."""
     fingerprint, date = signer.authority.fingerprint, utc_now()
     text = f"{ORIGIN}{fingerprint}\n{tree.size}\n{base64.b64encode(tree.root).decode()}\ndate {date}\n"

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PublicKey
 
 from moireid.errors import SpecError
-from moireid.registry.keys import NOTE, Authority, Signs
+from moireid.registry.keys import NOTE, Authority, Signer
 
 #: The mark before each signature.
 DASH = "\u2014 "
@@ -79,7 +79,7 @@ def authority_key(name: str, authority: Authority) -> VerifierKey:
     return VerifierKey(name, ED25519, bytes.fromhex(authority.public_hex))
 
 
-def signed_note(text: str, name: str, signer: Signs) -> str:
+def signed_note(text: str, name: str, signer: Signer) -> str:
     """The note of a text that ends in a newline, signed under a key name without spaces and plus signs."""
     signature = bytes.fromhex(signer.sign(NOTE, text.encode()))
     return f"{text}\n{authority_key(name, signer.authority).line(signature)}"

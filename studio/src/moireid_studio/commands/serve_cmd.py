@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import contextlib
-import os
 import socket
-from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -209,38 +206,18 @@ def serve_command(
         public_url=None if no_auth or public_url is None else checked_address(public_url),
         witness_check=witness_check,
     )
-    with _signing():
-        made = registry_url is None and not _default_is_there()
-        app = create_app(settings)
-        shown = f"[{host}]" if ":" in host else host
-        say(f"the studio is at http://{shown}:{bound.getsockname()[1]}/  (stop it with Ctrl-C)")
-        say(_seal_words())
-        registry = app.state.studio.registry
-        if made:
-            say(f"there was no registry, so a new one was made: {registry.shown_url}")
-        elif not registry.count():
-            say(f"no one is enrolled yet in its registry, {registry.shown_url}")
-        begin_log(as_json=log == "json")
-        serve(app, bound)
-
-
-@contextlib.contextmanager
-def _signing() -> Iterator[None]:
-    """The signer that MOIREID_SIGNER names, or one of the studio's own: no process that serves reads the key."""
-    from moireid.registry.keys import SIGNER_VARIABLE
-    from moireid.registry.signing.client import signer_address
-    from moireid.registry.signing.signer_process import own_signer
-
-    if signer_address() is not None:
-        yield
-        return
-    with own_signer() as path:
-        # Processes that issue badges inherit it; those that read films do not.
-        os.environ[SIGNER_VARIABLE] = path
-        try:
-            yield
-        finally:
-            del os.environ[SIGNER_VARIABLE]
+    made = registry_url is None and not _default_is_there()
+    app = create_app(settings)
+    shown = f"[{host}]" if ":" in host else host
+    say(f"the studio is at http://{shown}:{bound.getsockname()[1]}/  (stop it with Ctrl-C)")
+    say(_seal_words())
+    registry = app.state.studio.registry
+    if made:
+        say(f"there was no registry, so a new one was made: {registry.shown_url}")
+    elif not registry.count():
+        say(f"no one is enrolled yet in its registry, {registry.shown_url}")
+    begin_log(as_json=log == "json")
+    serve(app, bound)
 
 
 def _default_is_there() -> bool:

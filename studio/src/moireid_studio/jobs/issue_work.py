@@ -23,7 +23,7 @@ from moireid.fabrication.package import print_badge
 from moireid.issuing import plan_badge
 from moireid.names import line_of
 from moireid.registry import Registry, open_registry
-from moireid.registry.keys import KEYS_VARIABLE, SIGNER_VARIABLE
+from moireid.registry.keys import KEYS_VARIABLE
 from moireid.registry.seen import SEEN_VARIABLE
 from moireid.sandbox.child import Talk
 from moireid_studio.jobs.lists import plan_list
@@ -40,7 +40,6 @@ def issue_badge(
     *,
     registry_url: str,
     keys: str,
-    signer: str | None,
     seen: str,
     actor: str,
 ) -> None:
@@ -50,7 +49,7 @@ def issue_badge(
     """
     content, pictures = _opened(order_file, ORDER)
     order, folder, steps = ORDERS.validate_json(content), Path("badge"), count(1)
-    with _registry(registry_url, keys, signer, seen, actor) as registry:
+    with _registry(registry_url, keys, seen, actor) as registry:
         made = plan_badge(order.with_files(pictures), registry.by_id)
         most = len(made.files)
         printed = print_badge(
@@ -85,7 +84,6 @@ def issue_event(
     order: dict[str, Any],
     registry_url: str,
     keys: str,
-    signer: str | None,
     seen: str,
     actor: str,
 ) -> None:
@@ -97,7 +95,7 @@ def issue_event(
 
     wanted, folder = ORDERS.validate_python(order), Path("event")
     content, pictures = _opened(people_file, PEOPLE)
-    with _registry(registry_url, keys, signer, seen, actor) as registry:
+    with _registry(registry_url, keys, seen, actor) as registry:
         rows, _ = plan_list(content, wanted, registry, pictures)
         for row in rows:
             if row.fault is not None:
@@ -132,13 +130,12 @@ def _opened(order_file: Path, name: str) -> tuple[bytes, dict[str, Path]]:
         return packed.read(name), written(unpacked(packed), Path("pictures"))
 
 
-def _registry(url: str, keys: str | None, signer: str | None, seen: str | None, actor: str) -> Registry:
-    """The registry, with the authority's key from the folder `keys`, or by asking the signer, and what was `seen` of it
-    before; for `actor` to act on.
+def _registry(url: str, keys: str | None, seen: str | None, actor: str) -> Registry:
+    """The registry, with the key from the folder `keys` and what was `seen` of it before, for `actor` to act on.
 
     They are passed in, because the child works in another folder, and its parent may be older than the registry.
     """
-    for variable, given in {KEYS_VARIABLE: keys, SIGNER_VARIABLE: signer, SEEN_VARIABLE: seen}.items():
+    for variable, given in {KEYS_VARIABLE: keys, SEEN_VARIABLE: seen}.items():
         os.environ.pop(variable, None)
         if given is not None:
             os.environ[variable] = given
