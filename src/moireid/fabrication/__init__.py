@@ -11,7 +11,6 @@ acrylic/            the mount to laser-cut
 assembly/           assembly.pdf: how the parts go together
 part_colours.py     colours of the parts of a mount
 solid_parts.py      the parts of a mount as build123d solids in their places, and a check of these
-step_text.py        a STEP assembly's text, the same for the same badge
 assembly_files.py   a mount put together: mount.step, acrylic.step and mount.glb
 mount_parts.py      which mounts can be made for a badge, their solids and files
 package.py          all files of one badge, planned before and checked after
