@@ -1,5 +1,5 @@
 """Mounts put together, and all files of a mount as `print_badge` writes them, read back by packages that share no code
-with the writers' own checks: cadquery for STEP, trimesh and the file's own JSON for GLB."""
+with the writers' own checks: trimesh and the file's own JSON for GLB."""
 
 from __future__ import annotations
 

@@ -17,24 +17,3 @@ package.py          all files of one badge, planned before and checked after
 event.py            sheets and folders for many people
 shopping/           what to buy for badges, and how lens sheets are cut
 """
-
-from typing import TYPE_CHECKING
-
-from moireid.lazy import lazy
-
-if TYPE_CHECKING:
-    from moireid.fabrication.event import print_event as print_event
-    from moireid.fabrication.package import PrintResult as PrintResult
-    from moireid.fabrication.package import print_badge as print_badge
-    from moireid.fabrication.page.pdf import write_badge_pdf as write_badge_pdf
-    from moireid.fabrication.solid_parts import mount_solids as mount_solids
-
-HOMES = {
-    "PrintResult": "package",
-    "mount_solids": "solid_parts",
-    "print_badge": "package",
-    "print_event": "event",
-    "write_badge_pdf": "page.pdf",
-}
-__all__ = [*HOMES]
-__getattr__ = lazy(__name__, HOMES)
