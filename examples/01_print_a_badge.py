@@ -4,7 +4,7 @@ import sys
 from pathlib import Path
 
 from moireid.designer import Order, design_badge, explain, random_payload
-from moireid.fabrication import print_badge
+from moireid.fabrication.package import print_badge
 
 
 def main(folder: Path) -> None:

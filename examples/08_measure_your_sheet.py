@@ -12,7 +12,7 @@ from pathlib import Path
 import moireid as mo
 from moireid.calibration.sheet_reading import read_sheet
 from moireid.designer import design_chart
-from moireid.fabrication import write_badge_pdf
+from moireid.fabrication.page.pdf import write_badge_pdf
 from moireid.profiles import save_lens_profile
 
 folder = Path(sys.argv[1] if len(sys.argv) > 1 and "ipykernel" not in sys.modules else "out")

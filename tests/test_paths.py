@@ -12,8 +12,8 @@ from kit.places import FILMS
 from moireid.artwork.content import content_of
 from moireid.artwork.pictures import load_picture
 from moireid.badge import load_badge
-from moireid.calibration import load_pictures
 from moireid.calibration.camera_fit import camera_from_film
+from moireid.calibration.still import load_pictures
 from moireid.calibration.thickness import thickness_from_film
 from moireid.designer import Order, design_badge
 from moireid.errors import MoireIdError, SpecError

@@ -11,24 +11,3 @@ sheet_reading.py  all of these from one photograph or film
 camera_fit.py     a camera, from a film of the camera chart
 film_orders.py    sheet and camera, read by a sealed process
 """
-
-from typing import TYPE_CHECKING
-
-from moireid.lazy import lazy
-
-if TYPE_CHECKING:
-    from moireid.calibration.chart_reading import ChartView as ChartView
-    from moireid.calibration.chart_reading import view_chart as view_chart
-    from moireid.calibration.lens_fit import lens_from_band as lens_from_band
-    from moireid.calibration.lens_fit import lens_from_views as lens_from_views
-    from moireid.calibration.still import load_pictures as load_pictures
-
-HOMES = {
-    "ChartView": "chart_reading",
-    "lens_from_band": "lens_fit",
-    "lens_from_views": "lens_fit",
-    "load_pictures": "still",
-    "view_chart": "chart_reading",
-}
-__all__ = [*HOMES]
-__getattr__ = lazy(__name__, HOMES)

@@ -22,7 +22,7 @@ from moireid.errors import MoireIdError, SpecError
 from moireid.names import JOINERS
 
 if TYPE_CHECKING:
-    from moireid.fabrication import PrintResult
+    from moireid.fabrication.package import PrintResult
     from moireid.provenance import Standing
 
 

@@ -11,31 +11,9 @@ acrylic/            the mount to laser-cut
 assembly/           assembly.pdf: how the parts go together
 part_colours.py     colours of the parts of a mount
 solid_parts.py      the parts of a mount as build123d solids in their places, and a check of these
-step_text.py        a STEP assembly's text, the same for the same badge
 assembly_files.py   a mount put together: mount.step, acrylic.step and mount.glb
 mount_parts.py      which mounts can be made for a badge, their solids and files
 package.py          all files of one badge, planned before and checked after
 event.py            sheets and folders for many people
 shopping/           what to buy for badges, and how lens sheets are cut
 """
-
-from typing import TYPE_CHECKING
-
-from moireid.lazy import lazy
-
-if TYPE_CHECKING:
-    from moireid.fabrication.event import print_event as print_event
-    from moireid.fabrication.package import PrintResult as PrintResult
-    from moireid.fabrication.package import print_badge as print_badge
-    from moireid.fabrication.page.pdf import write_badge_pdf as write_badge_pdf
-    from moireid.fabrication.solid_parts import mount_solids as mount_solids
-
-HOMES = {
-    "PrintResult": "package",
-    "mount_solids": "solid_parts",
-    "print_badge": "package",
-    "print_event": "event",
-    "write_badge_pdf": "page.pdf",
-}
-__all__ = [*HOMES]
-__getattr__ = lazy(__name__, HOMES)

@@ -10,6 +10,7 @@ towards the viewer).
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -24,91 +25,50 @@ from moireid.fabrication.part_colours import kind_of, linear_colour
 from moireid.fabrication.sight import half_board_mm
 from moireid.fabrication.solid_parts import SolidPart
 from moireid.fabrication.solids import cad_package, refused
-from moireid.fabrication.step_text import ordered_step
 
 METRES_PER_MM = 1e-3
-#: Without it, a STEP file would hold the time of writing, and the same badge would never give the same bytes.
-STEP_TIMESTAMP = "2000-01-01T00:00:00"
 #: The volume that the kernel may lose by writing a STEP file and reading it again, as a share.
 STEP_VOLUME_SHARE = 1e-6
 #: Between the printed mount and the stack in acrylic, mm.
 APART_MM = 60.0
-#: A colour may be off by this much after a file is read back: a step of eight bits, and the kernel's own rounding.
-COLOUR_STEP = 0.01
+#: An occurrence of a part in a STEP assembly (ISO 10303-44), which the kernel gives a name such as "=>[0:1:1:2]".
+_PLACE = re.compile(r"NEXT_ASSEMBLY_USAGE_OCCURRENCE\('[^']*','[^']*'")
 
 
 def write_assembly_step(name: str, parts: Sequence[SolidPart], path: Path) -> None:
     """Write the parts as one STEP assembly of that name, and read it back.
 
-    Raises: FabricationError where the file does not hold each part with its name, its colour and its volume.
+    Raises: FabricationError where the file does not hold each part with its name and its volume.
     """
     b3d = cad_package("build123d")
     whole = b3d.Compound(label=name, children=[part.shape for part in parts])
     try:
-        b3d.export_step(whole, path, timestamp=STEP_TIMESTAMP)
+        b3d.export_step(whole, path)
     except RuntimeError as error:
         raise FabricationError(f"{path.name} in {path.parent} could not be written; check the disk") from error
-    step = path.read_text(encoding="utf-8")
-    path.write_text(ordered_step(step, [part.name for part in parts]), encoding="utf-8")
+    places = iter([f"NEXT_ASSEMBLY_USAGE_OCCURRENCE('{k}','{part.name}'" for k, part in enumerate(parts, start=1)])
+    step = _PLACE.sub(lambda found: next(places, found[0]), path.read_text(encoding="utf-8"))
+    path.write_text(step, encoding="utf-8")
     check_assembly_step(path, parts)
 
 
 def check_assembly_step(path: Path, parts: Sequence[SolidPart]) -> None:
-    """Read a STEP assembly back: every part there once, valid, with its name, its colour and its volume.
+    """Read a STEP assembly back: every part there once, valid, with its name and its volume.
 
     Raises: FabricationError with what was found and what is allowed.
     """
     try:
-        found = read_step(path)
+        found = {shape.label: shape for shape in cad_package("build123d").import_step(path).children}
     except (ValueError, RuntimeError, OSError) as error:
         raise refused(path.name, "cannot be read back", "a readable file") from error
-    names, wanted = sorted(name for name, _, _ in found), sorted(part.name for part in parts)
-    if names != wanted:
-        raise refused(path.name, f"holds the parts {names}", f"{wanted}")
-    by_name = {name: (shape, colour) for name, shape, colour in found}
+    if sorted(found) != (wanted := sorted(part.name for part in parts)):
+        raise refused(path.name, f"holds the parts {sorted(found)}", f"{wanted}")
     for part in parts:
-        shape, colour = by_name[part.name]
+        shape = found[part.name]
         if len(shape.solids()) != 1 or not shape.is_valid:
             raise refused(path.name, f"holds {part.name} not as one valid solid", "one valid solid")
         if not math.isclose(shape.volume, part.shape.volume, rel_tol=STEP_VOLUME_SHARE):
             raise refused(path.name, f"holds {part.name} with {shape.volume:.1f} mm³", f"{part.shape.volume:.1f} mm³")
-        if colour is None or not np.allclose(colour, tuple(part.shape.color)[:3], atol=COLOUR_STEP):
-            raise refused(path.name, f"holds {part.name} in the colour {colour}", f"{tuple(part.shape.color)}")
-
-
-def read_step(path: Path) -> list[tuple[str, Any, tuple[float, ...] | None]]:
-    """Name, build123d shape, and colour (red, green, blue, linear; None without one) of each part of an assembly.
-
-    By the kernel, as `build123d.import_step` keeps colours by the address of an object that is gone when it asks
-    for the next one, and so gives a part another's colour now and then.
-
-    Raises: ValueError where the file cannot be read.
-    """
-    b3d, kernel = cad_package("build123d"), cad_package("OCP")
-    text, xcaf = kernel.TCollection.TCollection_ExtendedString, kernel.XCAFDoc
-    document, reader = kernel.TDocStd.TDocStd_Document(text("XCAF")), kernel.STEPCAFControl.STEPCAFControl_Reader()
-    reader.SetNameMode(True)
-    reader.SetColorMode(True)
-    if reader.ReadFile(str(path)) != kernel.IFSelect.IFSelect_ReturnStatus.IFSelect_RetDone:
-        raise ValueError(f"{path.name} is no STEP file")
-    reader.Transfer(document)
-    shapes = xcaf.XCAFDoc_DocumentTool.ShapeTool_s(document.Main())
-    colours = xcaf.XCAFDoc_DocumentTool.ColorTool_s(document.Main())
-    roots = kernel.TDF.TDF_LabelSequence()
-    found: list[tuple[str, Any, tuple[float, ...] | None]] = []
-    shapes.GetFreeShapes(roots)
-    for root in roots:
-        places = kernel.TDF.TDF_LabelSequence()
-        shapes.GetComponents_s(root, places)
-        for place in places:
-            part, name = kernel.TDF.TDF_Label(), kernel.TDataStd.TDataStd_Name()
-            shapes.GetReferredShape_s(place, part)
-            part.FindAttribute(kernel.TDataStd.TDataStd_Name.GetID_s(), name)
-            shape, colour = shapes.GetShape_s(part), kernel.Quantity.Quantity_Color()
-            given = colours.GetColor(shape, xcaf.XCAFDoc_ColorType.XCAFDoc_ColorSurf, colour)
-            rgb = (colour.Red(), colour.Green(), colour.Blue()) if given else None
-            found.append((name.Get().ToExtString(), b3d.Compound.cast(shape), rgb))
-    return found
 
 
 def write_glb(

@@ -6,54 +6,50 @@ finished edge.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from typing import Any
 
+from moireid.arguments import Bounds, check_values
 from moireid.errors import FabricationError, SpecError
 
 #: Two lines of a 0.4 mm nozzle; a thinner wall would be a single line.
 LEAST_WALL_MM = 0.8
 #: Two layers of a print: a lip is this thick at its tip, and grows thicker towards the rim.
 LEAST_LIP_MM = 0.4
-#: A stand that leans less is turned over by a draught; one that leans more needs supports under its rest.
-STAND_DEG = (5.0, 40.0)
 #: Common 3D printers have no more room than this in any direction.
 BED_MM = 350.0
 #: Page and lens may be turned against each other by this much before cells are misread.
 TWIST_DEG = 0.3
-#: A CO2 laser's kerf in acrylic is 0.1 to 0.3 mm; more than 1 mm must be a mistake.
-MOST_KERF_MM = 1.0
 #: Acrylic narrower than this between two cuts breaks.
 LEAST_LAND_MM = 2.0
-#: Least clearance: neither nozzle nor laser is more exact, and a card needs some room.
-LEAST_CLEARANCE_MM = 0.05
-#: Greatest figures: more than this must be a slip, or would not make a mount.
-MOST_MM = {
-    "printed": {
-        "clearance_mm": 1.0,
-        "wall_mm": 6.0,
-        "back_mm": 6.0,
-        "lip_mm": 6.0,
-        "card_mm": 2.0,
-        "film_mm": 0.5,
-        "depth_clearance_mm": 0.5,
-        "preload_mm": 0.5,
-        "slot_mm": 60.0,
-        "adhesive_mm": 0.2,
-        "stand_deg": STAND_DEG[1],
-        "snap_clearance_mm": 1.0,
-        "bite_mm": 3.0,
-    },
-    "acrylic": {
-        "rim_mm": 50.0,
-        "hole_mm": 4.5,
-        "card_mm": 2.0,
-        "film_mm": 0.5,
-        "adhesive_mm": 0.2,
-        "lips_mm": 0.5,
-    },
+#: Least and most of figures of the printer and of the laser.  A rim is a fifth thinner where its corners are rounded
+#: outside and sharp inside.  A stand that leans less is turned over by a draught; one that leans more needs supports
+#: under its rest.  Neither nozzle nor laser is more exact than the least clearance.  A CO2 laser's kerf in acrylic is
+#: 0.1 to 0.3 mm.  The rest must be more than nothing, and beyond its most must be a slip, or would not make a mount.
+_SHARED: dict[str, Bounds] = {"card_mm": (0.01, 2.0), "film_mm": (0.01, 0.5), "adhesive_mm": (0.0, 0.2)}
+PRINTER_BOUNDS: dict[str, Bounds] = _SHARED | {
+    "clearance_mm": (0.05, 1.0),
+    "wall_mm": (1.25 * LEAST_WALL_MM, 6.0),
+    "back_mm": (LEAST_WALL_MM, 6.0),
+    "lip_reach_mm": (0.01, 60.0),
+    "lip_mm": (LEAST_LIP_MM, 6.0),
+    "depth_clearance_mm": (0.01, 0.5),
+    "preload_mm": (0.01, 0.5),
+    "slot_mm": (0.01, 60.0),
+    "seat_mm": (0.01, 1.0),
+    "stand_deg": (5.0, 40.0),
+    "snap_clearance_mm": (0.01, 1.0),
+    "bite_mm": (0.01, 3.0),
+}
+LASER_BOUNDS: dict[str, Bounds] = _SHARED | {
+    "kerf_mm": (0.0, 1.0),
+    "base_mm": (2.0, 10.0),
+    "clearance_mm": (0.05, 5.0),
+    "rim_mm": (0.01, 50.0),
+    "lip_reach_mm": (0.01, 60.0),
+    "lips_mm": (0.01, 0.5),
+    "hole_mm": (0.01, 4.5),
 }
 #: Every shop has acrylic in these thicknesses.
 STOCK_MM = (2.0, 3.0, 4.0)
@@ -91,19 +87,7 @@ class MountProcess:
     bite_mm: float = 0.55
 
     def __post_init__(self) -> None:
-        _check(self, MOST_MM["printed"], but=("adhesive_mm",))
-        # The rim is a fifth thinner where its corners are rounded outside and sharp inside.
-        for name, least in (("wall_mm", 1.25 * LEAST_WALL_MM), ("back_mm", LEAST_WALL_MM), ("lip_mm", LEAST_LIP_MM)):
-            if (value := getattr(self, name)) < least:
-                raise FabricationError(
-                    f"process figure {name}={value:g} is thinner than a printed wall; give {least:g} mm or more",
-                    least_mm=least,
-                )
-        if self.stand_deg < STAND_DEG[0]:
-            raise FabricationError(
-                f"process figure stand_deg={self.stand_deg:g} is too upright to be steady; give "
-                f"{STAND_DEG[0]:g} to {STAND_DEG[1]:g} degrees"
-            )
+        check_values(type(self), vars(self), PRINTER_BOUNDS)
         if self.slot_mm[0] <= self.slot_mm[1]:
             raise FabricationError(
                 f"process figure slot_mm={self.slot_mm[0]:g}x{self.slot_mm[1]:g} is no slot for a strap; give more "
@@ -134,43 +118,7 @@ class AcrylicProcess:
     adhesive_mm: float = 0.0
 
     def __post_init__(self) -> None:
-        _check(self, MOST_MM["acrylic"], but=("kerf_mm", "adhesive_mm"))
-        if not 0 <= self.kerf_mm <= MOST_KERF_MM:
-            raise FabricationError(
-                f"kerf_mm={self.kerf_mm:g} is no laser's kerf, allowed is 0 to {MOST_KERF_MM:g} mm; cut a square of "
-                "20 mm, measure what it lacks, and give that",
-                most_mm=MOST_KERF_MM,
-            )
-        if not 2.0 <= self.base_mm <= 10.0:
-            raise FabricationError(
-                f"base_mm={self.base_mm:g} is no base plate, allowed is 2 to 10 mm; 3 mm suits most badges"
-            )
-
-
-def _check(process: MountProcess | AcrylicProcess, most_mm: dict[str, float], *, but: tuple[str, ...]) -> None:
-    """Raise where a figure is not positive, larger than any workshop would use, or a clearance is too small.
-
-    Parameters: but: figures that may be zero.
-    """
-    given = {entry.name: value for entry in fields(process) if (value := getattr(process, entry.name)) is not None}
-    for name, value in given.items():
-        # A kerf below nothing has a refusal of its own.
-        least = -math.inf if name == "kerf_mm" else 0.0
-        values = value if isinstance(value, tuple) else (value,)
-        if not all(math.isfinite(v) and (v > 0 or (name in but and v >= least)) for v in values):
-            raise FabricationError(f"process figure {name}={value} must be positive; give it in mm")
-    for name, most in most_mm.items():
-        if max(given[name] if isinstance(given[name], tuple) else (given[name],)) > most:
-            raise FabricationError(
-                f"process figure {name}={given[name]} is more than any mount has use for; give at most {most:g} mm",
-                most_mm=most,
-            )
-    if process.clearance_mm is not None and process.clearance_mm < LEAST_CLEARANCE_MM:
-        raise FabricationError(
-            f"process figure clearance_mm={process.clearance_mm:g} is less than a workshop keeps; give "
-            f"{LEAST_CLEARANCE_MM:g} mm or more",
-            least_mm=LEAST_CLEARANCE_MM,
-        )
+        check_values(type(self), vars(self), LASER_BOUNDS)
 
 
 @dataclass(frozen=True)
@@ -202,10 +150,6 @@ def mount_figures(given_mm: Mapping[str, float | tuple[float, float]]) -> MountF
         if not shops:
             names = ", ".join(sorted(known["printed"] | known["acrylic"]))
             raise SpecError(f"mount figure {key[:60]!r} is not known; give NAME=MM with one of {names}")
-        numbers = value if isinstance(value, tuple) else (value,)
-        if len(numbers) != (2 if name == "slot_mm" else 1) or not all(isinstance(one, int | float) for one in numbers):
-            form = "width and height in mm such as 16x4" if name == "slot_mm" else "a number of mm"
-            raise SpecError(f"mount figure {name}={value!r:.40} is not understood; give {form}")
         if len(shops) == 1:
             insisted.add(shops[0])
         for shop in shops:

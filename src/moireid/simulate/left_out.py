@@ -77,8 +77,7 @@ def left_out(
         found.append(LeftOut("Fresnel losses, glare and direction of the light", None, NOT_MEASURED))
     else:
         found.append(LeftOut("light between page and lenses", None, NOT_MEASURED))
-    if not scene.need.bounces:
-        found.append(LeftOut("bounces within the sheet, and its hidden face", None, NOT_MEASURED))
+    found.append(LeftOut("bounces within the sheet, and its hidden face", None, NOT_MEASURED))
     if backend == "mitsuba":
         found.append(LeftOut("rolling shutter", 0.0, "one pose serves all rows"))
     return (*found, *_unneeded(scene, backend, estimate, instant, exposed))

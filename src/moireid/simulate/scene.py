@@ -60,9 +60,6 @@ class Need:
         Rows and instants of an exposure one after the other; all at the middle of the frame's time without it.
     glare : bool
         What the lenses mirror of a light.
-    bounces : bool
-        Light that the sheet's faces mirror onto each other, and faces hidden behind the lenses.  Mitsuba alone shows
-        it.
 
     Notes
     -----
@@ -73,7 +70,6 @@ class Need:
     page: bool = True
     shutter: bool = True
     glare: bool = True
-    bounces: bool = False
 
 
 @dataclass(frozen=True)

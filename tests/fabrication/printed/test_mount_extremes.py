@@ -129,7 +129,7 @@ def test_what_the_refusals_advise_does_work() -> None:
     for name in ("board 30x30 mm, lens", "board 300x300 mm, lens"):
         size = numbers(r"at (?:least|most) ([\d.]+) ?x ?([\d.]+)", why(name))
         assert whole(name, size_mm=(size[0], size[1]))
-    (kerf,) = numbers(r"0 to ([\d.]+) mm", why("kerf 5 mm"))
+    (kerf,) = numbers(r"0 to ([\d.]+)", why("kerf 5 mm"))
     assert whole("kerf 5 mm", figures=(f"kerf_mm={kerf:g}",))
 
 
@@ -223,13 +223,11 @@ def test_figures_are_set_by_the_names_that_messages_give() -> None:
     [
         ("kerf=0.2", "is not known; give NAME=MM with one of .*kerf_mm"),
         ("wall_mm", "is not understood; give NAME=MM"),
-        ("slot_mm=16", "is not understood; give width and height in mm such as 16x4"),
-        ("kerf_mm=1e9", "kerf_mm=1e.09 is no laser's kerf, allowed is 0 to 1 mm"),
-        ("wall_mm=nan", "wall_mm=nan must be positive"),
-        ("card_mm=40", "card_mm=40.0 is more than any mount has use for; give at most 2 mm"),
-        ("clearance_mm=0.001", "clearance_mm=0.001 is less than a workshop keeps; give 0.05 mm or more"),
-        ("slot_mm=16x20", "slot_mm=16x20 is no slot for a strap; give more width than height"),
-        ("wall_mm=0.9", "wall_mm=0.9 is thinner than a printed wall; give 1 mm or more"),
+        ("slot_mm=16", "slot_mm=16.0 is not possible; give"),
+        ("kerf_mm=1e9", "is not possible; give 0 to 1"),
+        ("wall_mm=nan", "wall_mm=nan is not possible"),
+        ("wall_mm=0.9", "wall_mm=0.9 is not possible; give 1 to 6"),
+        ("slot_mm=16x20", "is no slot for a strap; give more width than height"),
         ("printed.lip_reach_mm=0.6", "lip_reach_mm=0.6 holds no sheet that lies 0.3 mm to the side; give 0.7 mm"),
         ("acrylic.clearance_mm=0.5", "give a clearance_mm of 0.149 or less"),
         ("printed.lip_mm=4.5", "take a smaller lip_reach_mm or lip_mm"),

@@ -1,4 +1,4 @@
-"""Mitsuba's frame against the analytic one and the phase law, and the search for a variant that runs.
+"""Mitsuba's frame against the analytic one and the phase law.
 
 Measured here (scalar_rgb, 64 rays, Ada Lovelace's eleven bands at 1 m, rad: mean over the bands +- their scatter):
 
@@ -15,9 +15,7 @@ at u = 0.3 and -0.0142 at 0.6, by `fresnel_turn_rad` below.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -35,10 +33,8 @@ from kit.rendered_frames import (
 )
 from moireid.badge import Badge, Lens
 from moireid.designer import Order, design_badge
-from moireid.errors import SpecError
 from moireid.lenticule import trace_mm
 from moireid.simulate.analytic.analytic_renderer import BoardRadiance
-from moireid.simulate.mitsuba import variant as mitsuba_variant
 from moireid.simulate.mitsuba.mitsuba_renderer import MitsubaRenderer
 from moireid.simulate.scene import Build, Instant, Scene
 
@@ -50,16 +46,8 @@ def badge() -> Badge:
     return design_badge(Order("Ada Lovelace", lens="50lpi"), payload_for_name("Ada Lovelace", family="pitch"))
 
 
-@pytest.fixture
-def unsearched() -> Iterator[None]:
-    """No variant known yet, before the test and after it."""
-    mitsuba_variant.choose_variant.cache_clear()
-    yield
-    mitsuba_variant.choose_variant.cache_clear()
-
-
 def mitsuba_frame(scene: Scene, instant: Instant, crop: Crop | None = None, *, seed: int = 0) -> BoardRadiance:
-    frame = MitsubaRenderer(scene, variant="scalar_rgb", seed=seed).render(instant, crop=crop)
+    frame = MitsubaRenderer(scene, seed=seed).render(instant, crop=crop)
     assert frame is not None
     return frame
 
@@ -101,7 +89,7 @@ def test_three_routes_to_the_phase_agree(badge: Badge, band: int) -> None:
     for u in (0.0, 0.3):
         instant = seen_from((1000 * u, 0, -1000))
         crop = pixels_of(scene, instant, cell.rect_mm)
-        renderer = MitsubaRenderer(scene, variant="scalar_rgb")
+        renderer = MitsubaRenderer(scene)
         traced = [renderer.render(instant, crop=crop) for _ in range(3)]
         phases = [beyond_law_rad(frame, scene, instant, cell) for frame in traced if frame is not None]
         assert len(phases) == 3
@@ -154,47 +142,3 @@ def test_pictures_agree_pixel_by_pixel(badge: Badge, kind: str) -> None:
     assert noise / reference.std() < 0.15
     assert apart < 1.5 * noise, f"{apart:.4f} apart, noise {noise:.4f}, contrast {reference.std():.3f}"
     assert abs(np.mean(first - reference)) < 0.002
-
-
-DEATHS = {
-    "no library": None,
-    "abort": "import os; os.abort()",
-    "endless": "import time; time.sleep(60)",
-    "wrong picture": "assert 1.0 == 2.0",
-}
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("death", DEATHS)
-def test_falls_back_where_the_child_dies(
-    death: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, unsearched: None, badge: Badge
-) -> None:
-    """A file that is no library, a child that aborts, hangs or renders badly: the plain variant, and nothing set."""
-    bogus = tmp_path / "libLLVM-19.so"
-    bogus.write_text("not a library")
-    monkeypatch.delenv(mitsuba_variant.LIBRARY_VARIABLE, raising=False)
-    monkeypatch.setattr(mitsuba_variant, "FOLDERS", (str(tmp_path),))
-    if DEATHS[death] is not None:
-        monkeypatch.setattr(mitsuba_variant, "TRIAL", DEATHS[death])
-        monkeypatch.setattr(mitsuba_variant, "TRIAL_TIMEOUT_S", 2.0)
-    assert mitsuba_variant.llvm_candidates() == [bogus]
-    assert mitsuba_variant.choose_variant() == "scalar_rgb"
-    assert mitsuba_variant.LIBRARY_VARIABLE not in mitsuba_variant.os.environ
-    with pytest.raises(SpecError, match="no libLLVM on this machine"):
-        MitsubaRenderer(Scene(badge), variant="llvm_ad_rgb")
-
-
-def test_takes_the_library_that_its_child_survives(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, unsearched: None
-) -> None:
-    """Newest first, each tried in its own child; the winner is what Dr.Jit will load; the search is done once."""
-    for name in ("libLLVM-17.so.1", "libLLVM-21.so.1", "libLLVM-15.so.1"):
-        (tmp_path / name).touch()
-    monkeypatch.setenv(mitsuba_variant.LIBRARY_VARIABLE, str(tmp_path / "libLLVM-15.so.1"))
-    monkeypatch.setattr(mitsuba_variant, "FOLDERS", (str(tmp_path),))
-    trial = "import os; assert 'LLVM-17' in os.environ['DRJIT_LIBLLVM_PATH']"
-    monkeypatch.setattr(mitsuba_variant, "TRIAL", trial)
-    assert mitsuba_variant.choose_variant() == "llvm_ad_rgb"
-    assert mitsuba_variant.os.environ[mitsuba_variant.LIBRARY_VARIABLE] == str(tmp_path / "libLLVM-17.so.1")
-    monkeypatch.setattr(mitsuba_variant, "TRIAL", "assert False")
-    assert mitsuba_variant.choose_variant() == "llvm_ad_rgb"

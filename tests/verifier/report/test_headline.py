@@ -112,31 +112,6 @@ def test_a_revocation_is_told_before_all_else(law: str, identity: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("codes", "figures", "words"),
-    [
-        ({"gain": 0.5}, {}, "they move half as far as they should"),
-        ({"gain": 2.0}, {}, "they move twice as far as they should"),
-        ({"gain": 0.3}, {}, "they move only 0.3 times as far as they should"),
-        ({"gain": 1.42}, {}, "they move 1.4 times as far as they should"),
-        # Over what the badge was measured to do, not over the design.
-        ({"gain": 0.6}, {"gain_expected": 1.2}, "they move half as far as they should"),
-        ({"gain": -0.9}, {}, "they go the other way than they should"),
-        ({"gain": 0.02}, {}, "they hardly move where they should"),
-        ({"window_correlation": 0.1}, {}, "they do not go with the badge's motion"),
-        ({"parts": 0.2}, {}, "they move apart from one part of the badge to another"),
-        ({"overlap_law": 0.2}, {}, "they leave the law while the badge is before the face"),
-        ({"residual": 0.2}, {}, "they differ from the law"),
-    ],
-)
-def test_how_the_law_is_broken_is_told(codes: dict[str, float], figures: dict[str, float], words: str) -> None:
-    """Catches: one sentence for every forgery; a direction or a size that is not that of the film."""
-    reasons = [finding(code, measured=value) for code, value in codes.items()]
-    figures = {"gain_ratio": codes.get("gain", 1.0)} | figures
-    found = headline_of(document("reject", *reasons, finding("identity"), law="reject", figures=figures), ASKED)
-    assert found.title == f"The fringes do not follow the law: {words}"
-
-
-@pytest.mark.parametrize(
     ("table", "words"),
     [
         ([rival("still", -40.0), rival("drift", -40.2)], "they stay still while the badge moves"),

@@ -15,7 +15,7 @@ from moireid.errors import SpecError
 if TYPE_CHECKING:
     from moireid.badge import Badge
     from moireid.designer import Order
-    from moireid.fabrication import PrintResult
+    from moireid.fabrication.package import PrintResult
 
 #: So many rows' faults are shown at once.
 SHOWN = 10

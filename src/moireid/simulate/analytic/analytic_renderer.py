@@ -75,8 +75,6 @@ class AnalyticRenderer:
         if min(rays) < 1 or math.prod(rays) > MOST_RAYS:
             raise SpecError(f"rays={rays} of a pixel cannot be traced; give 1 to {MOST_RAYS} in all")
         self.scene, self.rays, self.precision = scene, rays, precision
-        if scene.need.bounces:
-            raise SpecError("the analytic renderer follows no light that bounces within the sheet; use the mitsuba one")
         self._points, self._exposed_points = (exposed_rays(*rays, count) for count in (1, times))
         self._sheet = sheet_as_built(scene)
         self._cells = cell_table(scene)

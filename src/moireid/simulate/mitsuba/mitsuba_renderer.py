@@ -10,9 +10,9 @@ through: page and paper emit 1 in it.  Red over green is the mean over the refra
 show in the picture, nor the random choice by which Mitsuba reflects a ray.  One difference stays: rays are weighted by
 the light that passes.
 
-Left out: without a light, glare and direction; in any case colour and the rolling shutter; and unless `scene.need` asks
-for bounces, the sheet's hidden face, rays that leave the lens through its neighbour's flank, and those that are
-reflected within.  Mount and background are left out too.  Forgeries and hidden parts are refused.
+Left out: without a light, glare and direction; in any case colour, the rolling shutter, the sheet's hidden face, rays
+that leave the lens through its neighbour's flank, and those that are reflected within.  Mount and background are left
+out too.  Forgeries and hidden parts are refused.
 
 With a light the scene is a matt page, a disc that shines, and an even sky, and is path-traced.  Rays are not aimed at
 the light: a ray goes through a lens to the page, leaves it in any direction, and counts if it finds the disc or the sky
@@ -56,21 +56,18 @@ from moireid.simulate.light import DiscLight, straight_share
 from moireid.simulate.mitsuba.scene_parts import clear, mesh, pinhole, reflecting, rest_of_page, shining
 from moireid.simulate.mitsuba.sheet import (
     front_strips,
-    hidden_face,
     mask_strips,
     page_strips,
     sheet_room,
     wall_strips,
 )
-from moireid.simulate.mitsuba.variant import mitsuba_with
+from moireid.simulate.mitsuba.variant import loaded_mitsuba
 from moireid.simulate.mitsuba.view import coverage, film_box, middle_view
 from moireid.simulate.motion import Poses
 from moireid.simulate.scene import Instant, Scene
 
 #: In by one lens, off the page, out by a lens, and to the light.
 LIT_INTEGRATOR = {"type": "path", "max_depth": 4, "rr_depth": 100}
-#: A ray may meet this many more faces where bounces are needed.
-BOUNCES = 8
 
 
 def lit_page(mi: Any, scene: Scene) -> dict[str, dict[str, Any]]:
@@ -120,40 +117,33 @@ SEED_STEP = 7919
 class MitsubaRenderer:
     """Renders frames of one scene; geometry and materials are made once, only the camera is new in each frame.
 
-    `MitsubaRenderer(scene, *, samples=64, segments=16, variant=None, seed=0)`, then `.render(instant, *, crop=None)`.
+    `MitsubaRenderer(scene, *, samples=64, segments=16, seed=0)`, then `.render(instant, *, crop=None)`.
 
-    Parameters: samples: rays a pixel, in strata, some counts rounded up; segments: of each cylinder lens; variant: of
-        Mitsuba, one that ends in `_rgb`, None for the best this machine runs; seed: of the rays, each frame has others.
+    Parameters: samples: rays a pixel, in strata, some counts rounded up; segments: of each cylinder lens; seed: of the
+        rays, each frame has others.
     Convention: radiance is linear, on the scale of `scene.ink` to `scene.paper`, 0 outside the board.
-    Raises: SpecError for a variant that is none; MissingExtraError without mitsuba.
+    Raises: MissingExtraError without mitsuba.
     Source: module docstring.
     """
 
-    def __init__(
-        self, scene: Scene, *, samples: int = 64, segments: int = 16, variant: str | None = None, seed: int = 0
-    ) -> None:
+    def __init__(self, scene: Scene, *, samples: int = 64, segments: int = 16, seed: int = 0) -> None:
         # Where every page is black, Mitsuba has no lamp to choose, and paints NaN.
         scene = replace(scene, ink=max(scene.ink, DARKEST), paper=max(scene.paper, DARKEST))
-        self.scene, self.samples, self._variant, self._seed = scene, samples, variant, seed
+        self.scene, self.samples, self._seed = scene, samples, seed
         self._film: tuple[int, int] | None = None
-        with mitsuba_with(variant) as mi:
+        with loaded_mitsuba() as mi:
             described = {"type": "scene", "page": rest_of_page(mi, scene, 1.0 if scene.light is None else 0.0)}
             for number in range(len(scene.badge.gratings)):
                 # In Mitsuba a lamp belongs to one surface, so each grating has its own.
                 surfaces = _shining_page(mi, scene) if scene.light is None else lit_page(mi, scene)
-                # A face between glass and glass, with one refractive index on both sides: it bends no ray.
-                surfaces |= {"within": clear(mi, 1.0)} if scene.need.bounces else {}
                 for part, made in grating_parts(mi, scene, number, segments, surfaces).items():
                     described[f"grating{number}_{part}"] = made
             if scene.light is not None:
                 described |= lamps(mi, scene.lens, scene.light)
             self._world = mi.load_dict(described)
             # Rays pass one refraction and end at what shines there; the page shines by itself, so no lamp is sampled.
-            own_light = {"type": "direct", "emitter_samples": 0, "bsdf_samples": 1}
-            followed: dict[str, Any] = own_light if scene.light is None else LIT_INTEGRATOR
-            if scene.need.bounces:
-                followed = LIT_INTEGRATOR | {"max_depth": 4 + BOUNCES}
-            self._integrator = mi.load_dict(followed)
+            own_light: dict[str, Any] = {"type": "direct", "emitter_samples": 0, "bsdf_samples": 1}
+            self._integrator = mi.load_dict(own_light if scene.light is None else LIT_INTEGRATOR)
 
     def render(self, instant: Instant, *, crop: Crop | None = None) -> BoardRadiance | None:
         """Render one frame of the pixels that see the board; None where no pixel does.
@@ -191,7 +181,7 @@ class MitsubaRenderer:
         self._film = film_box(box, self._film)
         seed = self._seed
         self._seed = (seed + SEED_STEP) % 2**31
-        with mitsuba_with(self._variant) as mi:
+        with loaded_mitsuba() as mi:
             sensor = pinhole(mi, self.scene, view, box, self._film, self.samples)
             picture = mi.render(self._world, sensor=sensor, integrator=self._integrator, seed=seed, spp=self.samples)
             return np.array(picture, np.float64)[: box[3] - box[1], : box[2] - box[0]]
@@ -246,8 +236,6 @@ def grating_parts(
         of_mask = {"bars": "bars", "openings": "glass"}
         parts |= {name: (strips, of_mask[name]) for name, strips in mask_strips(lens, build, room).items()}
     parts["walls"] = (wall_strips(scene, room), "walls")
-    if scene.need.bounces:
-        parts["back"] = (hidden_face(scene, room), "within")
     return {name: mesh(mi, frame, strips, surfaces[surface]) for name, (strips, surface) in parts.items()}
 
 
@@ -256,16 +244,14 @@ USUAL = (64, 16)
 LADDER = ((16, 4), (16, 16), USUAL, (256, 16), (256, 32), (1024, 32))
 
 
-def estimate_mitsuba(
-    scene: Scene, instant: Instant, setting: tuple[int, int] = USUAL, *, seed: int = 0, variant: str | None = None
-) -> Estimate:
+def estimate_mitsuba(scene: Scene, instant: Instant, setting: tuple[int, int] = USUAL, *, seed: int = 0) -> Estimate:
     """Estimate the error of a setting (rays, segments) on one frame.
 
     Convention: module docstring.  Source: the same.
     Raises: SpecError like `MitsubaRenderer`.
     """
     samples, segments = setting
-    renderer = MitsubaRenderer(scene, samples=samples, segments=segments, seed=seed, variant=variant)
+    renderer = MitsubaRenderer(scene, samples=samples, segments=segments, seed=seed)
     clock = time.perf_counter()
     one = renderer.render(instant)
     first_s = time.perf_counter() - clock
@@ -274,7 +260,7 @@ def estimate_mitsuba(
     clock = time.perf_counter()
     other = renderer.render(instant)
     frame_s = time.perf_counter() - clock
-    finer = MitsubaRenderer(scene, samples=samples, segments=2 * segments, seed=(seed + 1) % 2**31, variant=variant)
+    finer = MitsubaRenderer(scene, samples=samples, segments=2 * segments, seed=(seed + 1) % 2**31)
     clock = time.perf_counter()
     fine = finer.render(instant)
     finer_s = time.perf_counter() - clock
@@ -296,9 +282,7 @@ def estimate_mitsuba(
     )
 
 
-def cheapest_mitsuba(
-    scene: Scene, instant: Instant, error_rad: float, *, seed: int = 0, variant: str | None = None
-) -> Estimate:
+def cheapest_mitsuba(scene: Scene, instant: Instant, error_rad: float, *, seed: int = 0) -> Estimate:
     """The cheapest setting whose estimated phase error is at most `error_rad`.
 
     Convention: a frame without fringes has no phase error, and gets the cheapest setting.
@@ -306,7 +290,7 @@ def cheapest_mitsuba(
     Raises: SpecError where even the dearest setting has a larger error.
     """
     return first_within(
-        (estimate_mitsuba(scene, instant, setting, seed=seed, variant=variant) for setting in LADDER),
+        (estimate_mitsuba(scene, instant, setting, seed=seed) for setting in LADDER),
         error_rad,
         f"is not met by the mitsuba backend even with {LADDER[-1][0]} rays a pixel",
         "use the analytic backend",

@@ -79,7 +79,7 @@ def rest_of_page(mi: Any, scene: Scene, green: float) -> Any:
             },
         }
     )
-    strips = Strips(across * scale[0], along * scale[1], np.full(across.shape, BEHIND_MM * (1 + scene.need.bounces)))
+    strips = Strips(across * scale[0], along * scale[1], np.full(across.shape, BEHIND_MM))
     return mesh(mi, own_frame("x", scene.badge.page_mm), strips, {"emitter": lamp, "bsdf": _black(mi)}, places=places)
 
 

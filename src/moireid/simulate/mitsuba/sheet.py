@@ -124,8 +124,6 @@ def _slanted(build: Build, s: Array, along: Any) -> tuple[Array, Array]:
 RAY_OFFSET = 1500 * 2.0**-24
 #: The page's picture lies this far behind the strips of printed lines: deeper than `page_depth_mm` ever puts them.
 BEHIND_MM = 0.02
-#: When a ray passes a face, Mitsuba moves it by less than this.
-HIDDEN_MM = 0.05
 
 
 def sheet_room(scene: Scene, grating: Grating) -> Room:
@@ -156,9 +154,7 @@ def page_strips(scene: Scene, grating: Grating) -> dict[str, Strips]:
             printed = np.array(scene.build.print_scales) * frame.vectors(corners)
             across, along = np.moveaxis(frame.directions(printed), -1, 0)
             largest = np.abs(printed).max(axis=-1)
-            placed[name] = Strips(
-                across, along, page_depth_mm(scene.lens, scene.build, largest, flat_faces=int(scene.need.bounces))
-            )
+            placed[name] = Strips(across, along, page_depth_mm(scene.lens, scene.build, largest))
     return placed
 
 
@@ -195,31 +191,22 @@ def _cell_strips(scene: Scene, grating: Grating, cell: Cell, first: float, width
     return np.column_stack([*cut, np.full(cut.shape[1], begin), np.full(cut.shape[1], end)])
 
 
-def page_depth_mm(lens: Lens, build: Build, largest_coordinate_mm: Array, *, flat_faces: int = 0) -> Array:
+def page_depth_mm(lens: Lens, build: Build, largest_coordinate_mm: Array) -> Array:
     """How much deeper than z = 0 the page must lie, so that rays land as they would without Mitsuba's offset.
 
-    Parameters: flat_faces: how many flat ones a ray passes between the lens and the page.
     Convention: board mm, of the input's shape.
     Source: Mitsuba moves a refracted ray's origin inwards along the surface's normal by d = `RAY_OFFSET` (1 + largest
         coordinate), 0.006 mm at 68 mm from the badge's middle.  With s = sin of the normal's tilt, even over +-q, the
         ray begins d <cos> deeper; at a tangent t more rays meet the flank that faces them, by 1 - t s / cos, so it
         also begins d t <s^2 / cos> aside.  That is worth n <s^2 / cos> of depth, in which a ray gains t/n sideways.
         Left alone, it turns the phase by 0.005 rad at t = 0.3 and 0.010 at 0.6; this takes back all but 0.001.
-        A flat face costs d of depth.
     """
     q = lens.pitch_mm * build.lens_scale / 2 / lens.radius_mm if lens.radius_mm else 0.0
     share = 1.0
     if q > 0:
         bent, flat = math.asin(q) / (2 * q), math.sqrt(1 - q * q) / 2
         share = bent + flat - lens.refractive_index * (bent - flat)
-    return (share + flat_faces) * RAY_OFFSET * (1.0 + largest_coordinate_mm)
-
-
-def hidden_face(scene: Scene, room: Room) -> Strips:
-    """The sheet's flat back, `HIDDEN_MM` above the page, so that a ray that has passed it still meets the lines."""
-    low, high, begin, end = room
-    across, along = (np.array([[a, b]])[:, list(turn)] for a, b, turn in ((low, high, ACROSS), (begin, end, ALONG)))
-    return Strips(across, along, np.full(across.shape, -HIDDEN_MM))
+    return share * RAY_OFFSET * (1.0 + largest_coordinate_mm)
 
 
 def wall_strips(scene: Scene, room: Room) -> Strips:
