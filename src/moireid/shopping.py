@@ -18,7 +18,7 @@ ASSUMED_MM = (210.0, 297.0)
 SPARE_SHARE = 0.05
 
 
-def usual_badge(form: str, lens: str | None = None) -> Badge:
+def usual_badge(form: str, lens: str | None = None, paper: str = "a4") -> Badge:
     """A badge of that format, as `print-your-badge` designs it, of the identity 0, as its layout alone counts.
 
     Parameters
@@ -27,6 +27,8 @@ def usual_badge(form: str, lens: str | None = None) -> Badge:
         Name of a format.
     lens : str, optional
         Label or file of a lens sheet; None for that of the format.
+    paper : str
+        One of `profiles.PAPERS_MM`.
 
     Raises
     ------
@@ -38,7 +40,7 @@ def usual_badge(form: str, lens: str | None = None) -> Badge:
     from moireid.designer import Order, design_badge
     from moireid.issuing import fitted
 
-    order, _ = fitted(Order("Everybody", format=form, lens=lens))
+    order, _ = fitted(Order("Everybody", format=form, lens=lens, paper=paper))
     return design_badge(order, bytes(8))
 
 

@@ -36,7 +36,7 @@ def test_the_front_is_a_mask_of_the_sheet_s_pitch_on_acrylic(masked: Badge) -> N
 def test_the_mask_s_own_page_covers_every_grating(tmp_path: Path) -> None:
     """Catches: no second page; the badge's lines on it; a mask of one axis over the other."""
     both = design_badge(
-        Order("Ada", lens="50lpi", front="mask", axes="xy", size_mm=(186.0, 200.0), form="vector"), PAYLOAD
+        Order("Ada", lens="50lpi", front="mask", axes="xy", size_mm=(180.0, 200.0), form="vector"), PAYLOAD
     )
     write_badge_pdf(both, tmp_path / "badge.pdf")
     document = pdfium.PdfDocument(tmp_path / "badge.pdf")

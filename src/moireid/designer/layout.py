@@ -178,10 +178,8 @@ MARKER_MM_PER_BOARD_MM = 26.0 / 146.0
 DICTIONARY: Final = "DICT_4X4_50"
 #: White around a marker, in modules: OpenCV asks for one; the sixth part of a 4x4 marker is a module.
 QUIET_MODULES = 1.05
-#: Paper left around the board for crop marks and scale bars.
-PAPER_MARGIN_MM = 12.0
-
-
+#: Paper left around the board: for crop marks and scale bars, and what printers leave white.
+PAPER_MARGIN_MM = 15.0
 #: Paper between the sheets of a badge of several axes.
 GAP_MM = 4.0
 #: Paper between a field in the middle column and the box of the name, and half the height of the id with its paper.

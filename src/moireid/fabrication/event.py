@@ -1,7 +1,6 @@
 """The badges of many people: sheets filled with as many boards as fit, and a folder for each person.
 
-All boards of an event have the same layout, so every sheet has them at the same places, with a gutter between them for
-the crop marks.  All files are made in a temporary folder and moved into place together, so an event that fails leaves
+All boards of an event have the same layout, so every sheet has them at the same places.  All files are made in a temporary folder and moved into place together, so an event that fails leaves
 nothing.
 """
 
@@ -21,7 +20,7 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
-from moireid.badge import Badge, Rect
+from moireid.badge import Badge
 from moireid.errors import FabricationError
 from moireid.fabrication.assembly.assembly_words import BuildPlan, Maker
 from moireid.fabrication.assembly.guide import write_assembly_pdf
@@ -40,54 +39,17 @@ from moireid.fabrication.package import (
 )
 from moireid.fabrication.page.canvas import PdfPage
 from moireid.fabrication.page.marks import marks
-from moireid.fabrication.page.pdf import (
-    CROP_GAP_MM,
-    draw_bands,
-    draw_bands_alone,
-    draw_board,
-    draw_mask,
-    draw_scale_bars,
-)
+from moireid.fabrication.page.pdf import draw_bands, draw_bands_alone, draw_board, draw_mask, draw_scale_bars
+from moireid.fabrication.page.sheet_layout import MARK_MM, lay_out_sheets
 from moireid.fabrication.process_figures import MountFigures
 from moireid.files import AnyPath, as_path, whole_file
 from moireid.names import line_of
 from moireid.profiles import find_printer
 
-#: The crop marks of two neighbouring boards are in line with each other, so they share the gutter.
-MARK_MM = 3.0
-GUTTER_MM = CROP_GAP_MM + MARK_MM + CROP_GAP_MM
-#: Paper left around all boards, mm: for the crop marks inside the printer's rim, and at the left and below also for a
-#: scale bar.
-LEFT_MM, TOP_MM, RIGHT_MM, BOTTOM_MM = 12.0, 7.0, 7.0, 15.0
 SUMMARY, SHEETS = "summary.csv", "badges.pdf"
 _MOST_LETTERS = 40
 #: Starting another process takes as long as some badges.
 LEAST_SHARED = 12
-
-
-def places_mm(badge: Badge) -> list[tuple[float, float]]:
-    """Upper left corners of the boards that fit on the badge's paper, row by row, mm; in the middle if there is room.
-
-    Source: as many columns and rows as leave a gutter between boards, and room for crop marks and both scale bars at
-    the rim; one at least.
-    """
-    x0, y0, x1, y1 = badge.outline_mm
-    size = (x1 - x0, y1 - y0)
-    paper = badge.page_mm
-    before, after = (LEFT_MM, TOP_MM), (RIGHT_MM, BOTTOM_MM)
-    starts, counts = [], []
-    for k in (0, 1):
-        # A billionth of a millimetre to spare, because decimal fractions are rounded.
-        room = paper[k] - before[k] - after[k] + 1e-9
-        count = max(1, int((room + GUTTER_MM) / (size[k] + GUTTER_MM)))
-        block = count * size[k] + (count - 1) * GUTTER_MM
-        counts.append(count)
-        starts.append(min(max((paper[k] - block) / 2, before[k]), paper[k] - after[k] - block))
-    return [
-        (starts[0] + column * (size[0] + GUTTER_MM), starts[1] + row * (size[1] + GUTTER_MM))
-        for row in range(counts[1])
-        for column in range(counts[0])
-    ]
 
 
 def write_sheets_pdf(
@@ -119,30 +81,26 @@ def write_sheets_pdf(
     if any(badge.outline_mm != first.outline_mm for badge in badges):
         raise FabricationError("boards of several sizes do not share sheets; print one size at a time")
     form, dot_mm = str((first.print or {}).get("form", "dots")), find_printer(first).dot_mm
-    places = places_mm(first)
-    scale = (1 / measured_scale[0], 1 / measured_scale[1])
-    x0, y0, x1, y1 = first.outline_mm
-    block: Rect = (*places[0], places[-1][0] + x1 - x0, places[-1][1] + y1 - y0)
+    layout = lay_out_sheets(first)
+    scale, count = (1 / measured_scale[0], 1 / measured_scale[1]), len(layout.places_mm)
     with whole_file(path) as temporary:
-        sheet = PdfPage(temporary, first.page_mm, "Moiré badges", scale, None if form == "vector" else dot_mm)
+        sheet = PdfPage(temporary, layout.page_mm, "Moiré badges", scale, None if form == "vector" else dot_mm)
         for number, badge in enumerate(badges):
-            place = places[number % len(places)]
-            if number and number % len(places) == 0:
+            place = layout.places_mm[number % count]
+            if number and number % count == 0:
                 sheet.canvas.showPage()
             sheet.origin_mm = (place[0] - badge.outline_mm[0], place[1] - badge.outline_mm[1])
-            draw_board(sheet, badge, form, dot_mm, block, marks(badge), MARK_MM)
-            if number % len(places) == 0:
-                sheet.origin_mm = (0.0, 0.0)
-                draw_scale_bars(sheet, block)
-                drawn = draw_bands(sheet, first, form, dot_mm, (*places[0], places[0][0] + x1 - x0, 0.0))
-        sheet.origin_mm = (0.0, 0.0)
+            draw_board(sheet, badge, form, dot_mm, layout.block_mm, marks(badge), MARK_MM)
+            sheet.origin_mm = (0.0, 0.0)
+            if number % count == 0:
+                draw_scale_bars(sheet, layout.block_mm, first.range_m)
+                draw_bands(sheet, first, form, dot_mm, layout.first_mm)
         if first.lens.kind == "mask":
-            sheet.canvas.showPage()
             draw_mask(sheet, first, form, dot_mm, len(badges))
-        if not drawn:
+        if layout.bands_apart:
             draw_bands_alone(sheet, first, form, dot_mm)
         sheet.save()
-    return -(-len(badges) // len(places)), len(places)
+    return -(-len(badges) // count), count
 
 
 def print_event(

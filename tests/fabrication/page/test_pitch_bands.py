@@ -67,7 +67,7 @@ def test_bands_on_either_side_of_the_sheets_own_run_opposite_ways(badge: Badge, 
     assert [moved_rad(bands[k]) < 0 for k in (0, 1, 3, 4)] == [False, False, True, True]
 
 
-@pytest.mark.parametrize("size_mm", [(85.6, 54.0), (186.0, 230.0), (186.0, 273.0)])
+@pytest.mark.parametrize("size_mm", [(85.6, 54.0), (180.0, 230.0), (180.0, 267.0)])
 def test_bands_are_off_the_board_and_within_the_printers_rim(size_mm: tuple[float, float], tmp_path: Path) -> None:
     """Catches: bands on the board, in the rim, or left out where a board leaves no room above it."""
     made = design(size_mm)

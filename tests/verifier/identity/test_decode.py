@@ -126,7 +126,7 @@ def test_only_the_layout_of_the_claimed_badge_is_looked_at(ada, ada_track):
 def test_a_long_payload_and_both_axes_are_read_too():
     """Catches: a length that is fixed at 64 bits; a second grating's cells read along the first one's axis."""
     payload = payload_from_hex("00112233445566778899aabbccddeeff")
-    for request in (Order("Long", lens="50lpi"), Order("Both", lens="50lpi", axes="xy", size_mm=(186.0, 200.0))):
+    for request in (Order("Long", lens="50lpi"), Order("Both", lens="50lpi", axes="xy", size_mm=(180.0, 200.0))):
         badge = design_badge(request, payload)
         assert {grating.axis for grating in badge.gratings} == set(request.axes)
         outcome = judged(filmed(badge, TYPICAL), badge, badge.id)

@@ -109,7 +109,7 @@ def built_and_filmed() -> list[StabilityCase]:
     """Badges, builds and pictures; each group begins with one that must be read."""
     small, large = (
         Order("Bench", lens="50lpi", size_mm=(96.0, 110.0), range_m=(0.5, 0.9)),
-        Order("Bench", lens="50lpi", size_mm=(186.0, 273.0)),
+        Order("Bench", lens="50lpi", size_mm=(180.0, 267.0)),
     )
     return [
         *(

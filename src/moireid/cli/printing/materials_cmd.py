@@ -16,6 +16,7 @@ from moireid.cli.common import (
     friendly,
     json_option,
     overwrite_option,
+    paper_option,
     say,
     show_json,
 )
@@ -44,6 +45,7 @@ LENSES_MM = (27.0, 50.0, 85.0, 135.0)
     metavar="FILE",
     help="A badge.json instead of --format: for a template, a size or a sheet of your own.",
 )
+@paper_option
 @click.option("--lens", envvar="MOIREID_LENS", metavar="LABEL|FILE", help="Another lens sheet than the format's.")
 @click.option(
     "--mount",
@@ -76,6 +78,7 @@ def materials_command(
     format_name: str | None,
     people: int | None,
     badge_file: Path | None,
+    paper: str,
     lens: str | None,
     mount: str | None,
     spare_percent: float,
@@ -106,7 +109,7 @@ def materials_command(
     from moireid.badge import load_badge
     from moireid.shopping import list_for, usual_badge
 
-    badge = load_badge(badge_file) if badge_file is not None else usual_badge(format_name or "", lens)
+    badge = load_badge(badge_file) if badge_file is not None else usual_badge(format_name or "", lens, paper)
     count = 1 if people is None else people
     found = list_for(badge, count, mount=mount, spare_share=spare_percent / 100, sheet_mm=sheet_mm)
     files: dict[str, Path] = {}

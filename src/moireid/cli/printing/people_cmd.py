@@ -111,12 +111,15 @@ def _check_rows(faults: Sequence[str], path: Path, notes: Sequence[str]) -> None
 
 def _summary(event: PrintResult, badges: Sequence[Badge]) -> list[str]:
     """What was made, and what to do with it."""
+    from moireid.fabrication.page.sheet_layout import lay_out_sheets
     from moireid.fabrication.shopping.shopping_list import front_words
 
     count, alone = len(badges), len(badges) == 1
     sheets, most = counted(event.sheets, "sheet"), event.boards_to_a_sheet
     folders = "" if alone else " and so on, a folder for each person"
-    lines = [f"{counted(count, 'badge')} on {sheets}" + (":" if alone else f", {most} to a sheet:")]
+    sheets += "" if alone else f", {most} to a sheet"
+    sheets += ", and a page of pitch bands" * lay_out_sheets(badges[0]).bands_apart
+    lines = [f"{counted(count, 'badge')} on {sheets}:"]
     sheets_file, summary, *mount = event.files.values()
     lines += [f"  {line}" for line in (sheets_file, summary, f"{event.folders[0]}{folders}")]
     if mount:

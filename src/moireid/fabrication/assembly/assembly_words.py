@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Literal
 from moireid.badge import Badge, CodedFrame
 from moireid.fabrication.assembly import sketches
 from moireid.fabrication.page.pitch_bands import look_m
+from moireid.fabrication.page.sheet_layout import lay_out_sheets
 from moireid.fabrication.process_figures import MountFigures
 from moireid.fabrication.sight import has_turned, sheet_pieces
 from moireid.frames import Axis
@@ -124,16 +125,22 @@ def _front(build: BuildPlan) -> list[str]:
     return found
 
 
+def paper_name(badge: Badge) -> str:
+    """The name of the paper that a badge is printed on, for people."""
+    name = str((badge.print or {}).get("paper", "a4"))
+    return {"letter": "US Letter"}.get(name, name.upper())
+
+
 def settings(build: BuildPlan) -> list[tuple[str, str]]:
     """What to set in the print dialog: name and value."""
     print_data = build.badge.print or {}
-    paper = {"letter": "US Letter"}.get(str(print_data.get("paper", "a4")), str(print_data.get("paper", "a4")).upper())
-    way = "upright (portrait)" if build.badge.page_mm[0] <= build.badge.page_mm[1] else "lying (landscape)"
+    width, height = lay_out_sheets(build.badge).page_mm if build.for_all else build.badge.page_mm
+    way = "upright (portrait)" if width <= height else "lying (landscape)"
     film = build.badge.lens.kind == "mask"
     printed = "badges.pdf" if build.for_all else "badge.pdf, page 1"
     return [
         ("File", printed + (" on card; the mask's page on clear film, with the same settings" if film else "")),
-        ("Paper", f"{paper}, {way}, one side; type “heavy” or “card”"),
+        ("Paper", f"{paper_name(build.badge)}, {way}, one side; type “heavy” or “card”"),
         ("Scale", "100 %, also called “actual size”. Never “fit to page”"),
         ("Resolution", f"{print_data.get('dpi', 1200)} dpi, best quality; no “draft”, no “toner save”"),
         ("Colour", "no smoothing. If the badge has colours: colour, and black as pure black. If not: black only"),

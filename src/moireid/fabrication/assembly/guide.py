@@ -17,9 +17,9 @@ from moireid.badge import Badge, Point, Rect
 from moireid.fabrication.assembly import assembly_words
 from moireid.fabrication.assembly.assembly_words import BuildPlan, Step
 from moireid.fabrication.assembly.exploded import Part, Piece, draw_exploded, plain_parts
-from moireid.fabrication.page.canvas import BOLD, POINTS_PER_MM, REGULAR, PdfPage
+from moireid.fabrication.page.canvas import BOLD, POINTS_PER_MM, REGULAR, RIM_MM, PdfPage
 from moireid.fabrication.page.lettering import set_name
-from moireid.fabrication.page.pdf import crop_marks
+from moireid.fabrication.page.pdf import draw_crop_marks
 from moireid.fabrication.sight import sheet_pieces
 from moireid.fabrication.text.shaping import shape_line
 from moireid.files import whole_file
@@ -41,8 +41,6 @@ NAME_MM = 150.0
 GAP_MM, LENSES_MM, SCALE_MM = 14.0, 6.0, 100.0
 #: Length of the ticks at a piece's corners, mm.
 TICK_MM = 4.0
-#: What printers leave white around a page; a piece wider than what is left lies on the paper turned, mm.
-RIM_MM = 6.0
 
 
 def write_assembly_pdf(build: BuildPlan, path: Path, drawn: DrawnMounts) -> None:
@@ -261,8 +259,7 @@ def _draw_piece(sheet: PdfPage, piece: SheetPiece, corner: Point) -> None:
         sheet.path([(x, corner[1]), (x, corner[1] + tall)], None, 0.8, closed=False)
     sheet.path(drawn, None, 0.0, dash_mm=2.0)
     # The sheet hides its outline, and so the marks are beyond it.
-    for mark in crop_marks((corner[0], corner[1], corner[0] + wide, corner[1] + tall), TICK_MM):
-        sheet.stroke(*mark)
+    draw_crop_marks(sheet, (corner[0], corner[1], corner[0] + wide, corner[1] + tall), None, TICK_MM)
     words = f"{piece.name}, {wide:.1f} × {tall:.1f} mm"
     middle = corner[0] + wide / 2, corner[1] + tall / 2
     half = sheet.text_width_mm(words, 10) / 2 + 2

@@ -23,6 +23,8 @@ from moireid.fabrication.text.shaping import ShapedLine
 T = TypeVar("T")
 POINTS_PER_MM = 72.0 / 25.4
 REGULAR, BOLD = "MoireidSans", "MoireidSans-Bold"
+#: Office printers leave up to so much of a page's edge white: all that is printed keeps clear of it, mm.
+RIM_MM = 6.0
 #: Width of a single line, and of a path's, mm.
 HAIRLINE_MM, PATH_LINE_MM = 0.1, 0.15
 #: Height of all that one filled path holds, mm.  PDFium drops what comes after 4,194,304 crossings of borders with rows
@@ -70,8 +72,8 @@ class PdfPage:
         from reportlab.pdfgen.canvas import Canvas
 
         register_fonts()
-        self.height_mm = round(page_mm[1] / dot_mm) * dot_mm if dot_mm else page_mm[1]
-        size = (page_mm[0] * POINTS_PER_MM, self.height_mm * POINTS_PER_MM)
+        self.scale, self._dot_mm = scale, dot_mm
+        size = self._measure(page_mm)
         # invariant leaves out the date, so that the same badge gives the same bytes.
         # Each page begins with a font set, which would else be a Helvetica that the file does not carry.
         # reportlab's stub takes the name for a number.
@@ -80,9 +82,14 @@ class PdfPage:
         self.canvas.setTitle(title)
         self.canvas.setCreator("moireid")
         self.canvas.setViewerPreference("PrintScaling", "None")
-        self.page_mm, self.scale = page_mm, scale
         #: Place on the sheet of the origin of what is drawn, mm: a sheet may hold several boards.
         self.origin_mm = (0.0, 0.0)
+
+    def _measure(self, page_mm: tuple[float, float]) -> tuple[float, float]:
+        """Take a page's size, and return it in PDF points."""
+        self.page_mm, dot_mm = page_mm, self._dot_mm
+        self.height_mm = round(page_mm[1] / dot_mm) * dot_mm if dot_mm else page_mm[1]
+        return page_mm[0] * POINTS_PER_MM, self.height_mm * POINTS_PER_MM
 
     def place(self, x: float, y: float) -> tuple[float, float]:
         """Where a place is drawn, mm, on a sheet that may be scaled and holds what is drawn at `origin_mm`."""
@@ -218,8 +225,7 @@ class PdfPage:
     def turn_page(self, page_mm: tuple[float, float]) -> None:
         """Finish the page, and begin one of that size."""
         self.canvas.showPage()
-        self.page_mm, self.height_mm = page_mm, page_mm[1]
-        self.canvas.setPageSize((page_mm[0] * POINTS_PER_MM, page_mm[1] * POINTS_PER_MM))
+        self.canvas.setPageSize(self._measure(page_mm))
 
     def save(self) -> None:
         """Finish the page and write the file."""

@@ -22,7 +22,7 @@ import numpy as np
 from moireid.badge import Badge, Cell, Grating, Lens, Rect
 from moireid.dots import INSET_DOTS, ink_growth_mm, nearest_dot
 from moireid.errors import SpecError
-from moireid.fabrication.page.canvas import POINTS_PER_MM, PdfPage
+from moireid.fabrication.page.canvas import POINTS_PER_MM, RIM_MM, PdfPage
 from moireid.fabrication.page.marks import Mark, draw_marks, marker_marks, marks
 from moireid.fabrication.page.pitch_bands import ERRORS, look_m, pitch_bands
 from moireid.fabrication.page.smooth_page import draw_smooth_lines
@@ -37,10 +37,10 @@ CROP_MARK_MM = 6.0
 CROP_GAP_MM = 2.0
 #: A bar of 150 mm shows a scale error of 0.3 % as half a millimetre, which a ruler reads; a short one would not.
 SCALE_BAR_MM = 150.0
-#: Printers leave a rim of 3 to 5 mm white.
-RIM_MM = 3.0
-#: Air between a crop mark and a scale bar, and the least length of a mark; a mark that would be shorter stays whole.
-BAR_GAP_MM, LEAST_MARK_MM = 0.5, 2.0
+#: Length of the bar's ticks, and height of all of a level one, its words among its ticks, mm.
+TICK_MM, BAR_HIGH_MM = 3.0, 4.5
+#: Air between a crop mark and a scale bar, mm.
+BAR_GAP_MM = 0.5
 #: From the end of the level scale bar to the upright one, mm: room for a ruler.
 BARS_APART_MM = 8.0
 SMALL_POINTS = 7.0
@@ -85,21 +85,24 @@ def bar_places(page_mm: tuple[float, float], block: Rect) -> tuple[float, float]
     small board the upright one is farther out, clear of the end of the level one.
     """
     clear = page_mm[0] / 2 - SCALE_BAR_MM / 2 - BARS_APART_MM
-    return max(min(block[0] - 14.0, clear), 7.5), min(block[3] + 14.0, page_mm[1] - 10.5)
+    x, y = min(block[0] - 14.0, clear), min(block[3] + 14.0, page_mm[1] - RIM_MM - BAR_HIGH_MM)
+    return max(x, RIM_MM + TICK_MM), y
 
 
-def clear_of_bars(
-    mark: tuple[float, float, float, float], page_mm: tuple[float, float], bars: tuple[float, float]
-) -> tuple[float, float, float, float]:
-    """A crop mark whose outer end is cut off so that it keeps clear of the scale bars and the printer's rim."""
-    x0, y0, x1, y1 = mark
-    reach, middle = SCALE_BAR_MM / 2 + 1.0, (page_mm[0] / 2, page_mm[1] / 2)
-    least_x, most_y = bars[0] + BAR_GAP_MM, bars[1] - BAR_GAP_MM
-    low = (least_x if abs(y0 - middle[1]) <= reach else RIM_MM, RIM_MM)
-    high = (page_mm[0] - RIM_MM, most_y if abs(x0 - middle[0]) <= reach else page_mm[1] - RIM_MM)
-    x0, x1 = (min(max(x, low[0]), high[0]) for x in (x0, x1))
-    y0, y1 = (min(max(y, low[1]), high[1]) for y in (y0, y1))
-    return (x0, y0, x1, y1) if abs(x1 - x0) + abs(y1 - y0) >= LEAST_MARK_MM - 1e-6 else mark
+def draw_crop_marks(sheet: PdfPage, rect: Rect, block: Rect | None, length_mm: float = CROP_MARK_MM) -> None:
+    """Draw crop marks, their outer ends cut off where the printer's rim or a scale bar begins.
+
+    Parameters: block: the rectangle around which the sheet's scale bars are drawn, mm on the sheet; None without bars.
+    """
+    (left, top), (width, height), reach = sheet.origin_mm, sheet.page_mm, SCALE_BAR_MM / 2 + 1.0
+    bar_x, bar_y = bar_places(sheet.page_mm, block) if block else (0.0, height)
+    for mark in crop_marks(rect, length_mm):
+        (x0, x1), (y0, y1) = (mark[0] + left, mark[2] + left), (mark[1] + top, mark[3] + top)
+        least_x = max(RIM_MM, bar_x + BAR_GAP_MM if abs(y0 - height / 2) <= reach else 0.0)
+        most_y = min(height - RIM_MM, bar_y - BAR_GAP_MM if abs(x0 - width / 2) <= reach else height)
+        x0, x1 = (min(max(x, least_x), width - RIM_MM) - left for x in (x0, x1))
+        y0, y1 = (min(max(y, RIM_MM), most_y) - top for y in (y0, y1))
+        sheet.stroke(x0, y0, x1, y1)
 
 
 def write_badge_pdf(
@@ -155,7 +158,6 @@ def write_badge_pdf(
         draw_scale_bars(sheet, board, badge.range_m)
         drawn = write_words is not None or draw_bands(sheet, badge, form, dot_mm, board)
         if badge.lens.kind == "mask":
-            sheet.canvas.showPage()
             draw_mask(sheet, badge, form, dot_mm)
         if not drawn:
             draw_bands_alone(sheet, badge, form, dot_mm)
@@ -179,10 +181,7 @@ def draw_board(
     for grating in badge.gratings:
         draw_lines(sheet, badge, grating, form, dot_mm, ink_growth_mm(badge))
     draw_marks(sheet, found)
-    bars, (left, top) = bar_places(sheet.page_mm, block), sheet.origin_mm
-    for x0, y0, x1, y1 in crop_marks(badge.outline_mm, mark_mm):
-        x0, y0, x1, y1 = clear_of_bars((x0 + left, y0 + top, x1 + left, y1 + top), sheet.page_mm, bars)
-        sheet.stroke(x0 - left, y0 - top, x1 - left, y1 - top)
+    draw_crop_marks(sheet, badge.outline_mm, block, mark_mm)
 
 
 def draw_lines(sheet: PdfPage, badge: Badge, grating: Grating, form: str, dot_mm: float, ink_mm: float = 0.0) -> None:
@@ -227,7 +226,7 @@ def _signed(error: float) -> str:
 
 def draw_bands_alone(sheet: PdfPage, badge: Badge, form: str, dot_mm: float) -> None:
     """A page with the pitch bands alone, for boards that leave them no room."""
-    sheet.canvas.showPage()
+    sheet.turn_page(badge.page_mm)
     x0, _, x1, _ = badge.outline_mm
     middle = sheet.page_mm[0] / 2
     draw_bands(sheet, badge, form, dot_mm, (middle - (x1 - x0) / 2, sheet.page_mm[1] / 2, middle + (x1 - x0) / 2, 0.0))
@@ -241,14 +240,16 @@ def draw_mask(sheet: PdfPage, badge: Badge, form: str, dot_mm: float, count: int
 
     Drawn about the same places as the badge's page, so that what a printer does to one it does to the other.
     """
+    sheet.turn_page(badge.page_mm)
     for grating in badge.gratings:
         draw_lines(sheet, badge, mask_grating(badge.lens, grating), form, dot_mm)
     x0, y0, x1, y1 = badge.outline_mm
     centre_x, centre_y = (x0 + x1) / 2, (y0 + y1) / 2
     for left, low, right, high in sheet_rects(badge):
         # The film reaches to the board's edges, where a mount holds it.
-        for mark in crop_marks((centre_x + left, centre_y - high, centre_x + right, centre_y - low)):
-            sheet.stroke(*mark)
+        draw_crop_marks(
+            sheet, (centre_x + left, centre_y - high, centre_x + right, centre_y - low), badge.outline_mm
+        )
     whose = f"Mask of moiré badge {badge.id}: print" if count == 1 else f"Mask of {count} badges: print {count} times"
     lines = "page 1" if count == 1 else "each badge"
     words = (
@@ -258,7 +259,7 @@ def draw_mask(sheet: PdfPage, badge: Badge, form: str, dot_mm: float, count: int
     )
     # Above the lines: on the film, or outside it where the film has no room.
     above = min(badge.bounds_of(grating)[1] for grating in badge.gratings) - y0
-    first = y0 + 8 if above > 22 else y0 - 22
+    first = y0 + 8 if above > 22 else max(y0 - 22, RIM_MM + 3)
     for k, line in enumerate(words):
         sheet.text((x0 + x1) / 2, first + 5 * k, line, points=SMALL_POINTS + 1)
     draw_scale_bars(sheet, badge.outline_mm)
@@ -285,20 +286,19 @@ def on_dots(line: Rect, axis: Axis, dot_mm: float) -> Rect:
 def draw_scale_bars(sheet: PdfPage, block: Rect, range_m: tuple[float, float] | None = None) -> None:
     """A level bar below everything on the sheet, an upright one at its left: `SCALE_BAR_MM` long, ticks every 10 mm.
 
-    Parameters: range_m: from how far a phone films the badge, m, which is then written below.
+    Parameters: range_m: from how far a phone films the badge, m, which is then written too.
     """
-    page_mm = sheet.page_mm
-    x, y = bar_places(page_mm, block)
-    middle_x, middle_y = page_mm[0] / 2, page_mm[1] / 2
+    (width, height), (x, y) = sheet.page_mm, bar_places(sheet.page_mm, block)
+    middle_x, middle_y, half = width / 2, height / 2, SCALE_BAR_MM / 2
     for k in range(int(SCALE_BAR_MM / 10) + 1):
-        tick = 3.0 if k % 5 == 0 else 1.5
-        along = 10.0 * k - SCALE_BAR_MM / 2
+        tick = TICK_MM if k % 5 == 0 else TICK_MM / 2
+        along = 10.0 * k - half
         sheet.stroke(middle_x + along, y, middle_x + along, y + tick)
         sheet.stroke(x, middle_y + along, x - tick, middle_y + along)
-    half = SCALE_BAR_MM / 2
     sheet.stroke(middle_x - half, y, middle_x + half, y)
     sheet.stroke(x, middle_y - half, x, middle_y + half)
-    advice = f"Print at 100 % (no “fit to page”). Both bars must measure {SCALE_BAR_MM:.0f} mm."
-    if range_m is not None:
-        advice += " A phone films it from {:g} to {:g} m.".format(*range_m)
-    sheet.text(middle_x, y + 6.6, advice, points=SMALL_POINTS)
+    words = ["Print at 100 % (no “fit to page”).", f"Both bars must measure {SCALE_BAR_MM:.0f} mm."]
+    if range_m is not None and range_m[0] < range_m[1]:
+        words.append("A phone films it from {:g} to {:g} m.".format(*range_m))
+    for k, line in enumerate(words):
+        sheet.text(middle_x + 50.0 * (k - 1), y + 3.9, line, points=SMALL_POINTS)

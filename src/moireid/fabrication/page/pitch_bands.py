@@ -16,13 +16,14 @@ from __future__ import annotations
 import math
 
 from moireid.badge import Badge, Cell, Grating, Rect
+from moireid.fabrication.page.canvas import RIM_MM
 from moireid.sheets import effective_gap_mm
 
 #: Of sheet over print.  Badges work within 1 %; beyond 1.7 % fringes of usual designs run the other way.  3 %: pages
 #: that were fitted to the paper, and sheets of 60 lines per inch for 62.
 ERRORS = (0.03, 0.01, 0.0, -0.01, -0.03)
-#: From the trim to the bands; white at the rim of the paper; height of the caption; room for labels at either side, mm.
-TRIM_GAP_MM, RIM_MM, CAPTION_MM, LABELS_MM = 3.0, 6.0, 4.0, 13.0
+#: From the trim to the bands; height of the caption; room for labels at either side, mm.
+TRIM_GAP_MM, CAPTION_MM, LABELS_MM = 3.0, 4.0, 13.0
 LEAST_BAND_MM, MOST_BAND_MM = 2.5, 5.0
 
 

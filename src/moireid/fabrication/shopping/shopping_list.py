@@ -2,8 +2,8 @@
 
 Of everything that is bought there is a spare share on top, as sheets are cut wrong and cards are printed twice.
 
-Source: pieces of lens sheet by `sight.sheet_pieces`, boards on a page by `event.places_mm`, plates and screws by the
-plan of the acrylic stack, products by the table of materials, hours and grams of printed mounts by a slicer:
+Source: pieces of lens sheet by `sight.sheet_pieces`, pages by the layout that is printed (`sheet_layout`), plates and screws by
+the plan of the acrylic stack, products by the table of materials, hours and grams of printed mounts by a slicer:
 `mount_times.csv` has what `moireid lab bench mounts` prints, for a common printer (nozzle 0.4 mm, layers 0.2 mm, PLA,
 no supports).
 """
@@ -20,13 +20,13 @@ from pathlib import Path
 
 from moireid.badge import Badge
 from moireid.errors import SpecError
-from moireid.fabrication.assembly.assembly_words import screw_length_mm
-from moireid.fabrication.event import places_mm
+from moireid.fabrication.assembly.assembly_words import paper_name, screw_length_mm
 from moireid.fabrication.mount_parts import Parts
+from moireid.fabrication.page.sheet_layout import lay_out_sheets
 from moireid.fabrication.shopping.cutting import CuttingPlan, Pieces, plan_cutting
 from moireid.fabrication.sight import sheet_pieces
 from moireid.materials import Kind, Material, materials, materials_for
-from moireid.profiles import PAPERS_MM, find_printer
+from moireid.profiles import find_printer
 from moireid.sheets import MM_PER_INCH, PRODUCTS
 
 MOST_PEOPLE = 10_000
@@ -211,12 +211,13 @@ def _mask_lines(badge: Badge, pieces: tuple[Pieces, ...], count: int) -> list[Li
 
 def _paper_line(badge: Badge, people: int, spare_share: float) -> ListLine:
     """The printed cards."""
-    to_a_page, paper = len(places_mm(badge)), _only("paper")
-    name = next((name.upper() for name, size in PAPERS_MM.items() if size == badge.page_mm), "of the page's size")
+    layout, paper = lay_out_sheets(badge), _only("paper")
+    to_a_page = len(layout.places_mm)
     boards = "1 badge" if to_a_page == 1 else f"{to_a_page} badges"
-    note = f"{boards} on a page; print at {paper.settings}, {find_printer(badge).dpi} dpi"
-    pages = with_spare(math.ceil(people / to_a_page), spare_share)
-    return _line("paper", f"{paper.words}, {name}", pages, "pages", note, paper)
+    boards += " on a page" + ", and a page of pitch bands" * layout.bands_apart
+    note = f"{boards}; print at {paper.settings}, {find_printer(badge).dpi} dpi"
+    pages = with_spare(layout.pages(people), spare_share)
+    return _line("paper", f"{paper.words}, {paper_name(badge)}", pages, "pages", note, paper)
 
 
 def _plates(key: str, thickness_mm: float, size_mm: tuple[float, float], count: int) -> ListLine:
