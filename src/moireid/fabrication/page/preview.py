@@ -218,7 +218,8 @@ def write_moving(frames: Sequence[Image.Image], path: Path, *, frame_ms: int, qu
     from PIL import WebPImagePlugin  # noqa: F401
 
     first, *others = frames
-    how: dict[str, Any] = {"save_all": True, "append_images": others, "loop": 0, "method": 0}
+    # Without whole frames in between, which take each frame to be encoded twice.
+    how: dict[str, Any] = {"save_all": True, "append_images": others, "loop": 0, "method": 0, "kmax": 0}
     with whole_file(path) as temporary:
         first.save(temporary, format="WEBP", duration=frame_ms, quality=quality, **how)
 
