@@ -67,7 +67,7 @@ def fringe_pictures(
     for aside_mm in asides_mm:
         rays = rays_landed_mm(badge.lens, ((lens_axes - aside_mm) / view_mm(badge))[:, None], RAYS)
         if lines:
-            light = smooth_light(lines, first, [ray[lens] for ray in rays.T])
+            light = smooth_light(lines, first, [ray[lens] for ray in rays.T.astype(np.float32)])
         else:
             light = _light_of_cells(first, (across, along), place[..., None] + rays[lens])
         pictures.append(Image.fromarray((INK + (PAPER - INK) * light).astype(np.uint8)))
