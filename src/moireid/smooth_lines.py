@@ -149,7 +149,15 @@ class LineField:
         along, across = np.asarray(along, float), np.asarray(across, float)
         borders = [rects[0][1] for rects in self._rects[1:]]
         reach = [row[0].blend_mm[1] for row in self._rows]
-        found = _blended(across, borders, reach, [self._row_numbers(k, along) for k in range(len(self._rows))])
+        rows = [self._row_numbers(k, along) for k in range(len(self._rows))]
+        if along.ndim == 1 and across.ndim == 2:
+            # On a grid, two rows or three have a weight at each place across, all along.
+            weights, grid = _blended(across, borders, reach, np.eye(len(rows))), np.zeros((len(across), len(along)))
+            for k, row in enumerate(rows):
+                near = np.flatnonzero(weights[:, k])
+                grid[near] += weights[near, k, None] * row
+            return grid
+        found = _blended(across, borders, reach, rows)
         # A field of one row does not depend on the place across.
         return np.broadcast_to(found, np.broadcast_shapes(along.shape, across.shape))
 
@@ -179,23 +187,23 @@ class LineField:
         columns = table.shape[1]
         x = (along - self.low) / (self.high - self.low) * (columns - 1)
         y = (across - self.begin) / (self.end - self.begin) * (len(table) - 1)
-        left, top = (np.clip(np.floor(p).astype(int), 0, count - 2) for p, count in ((x, columns), (y, len(table))))
-        # What is left of the way to the next place, and what is done of it.
-        shares_x, shares_y = (left + 1 - x, x - left), (top + 1 - y, y - top)
-        corner, flat, found = columns * top + left, table.ravel(), np.zeros(along.shape)
-        for right, below in ((0, 0), (1, 0), (0, 1), (1, 1)):
-            found += shares_x[right] * shares_y[below] * flat.take(corner + (columns * below + right))
-        return found
+        left, top = (np.clip(p.astype(np.int32), 0, count - 2) for p, count in ((x, columns), (y, len(table))))
+        right, below = (x - left).astype(np.float32), (y - top).astype(np.float32)
+        corner, flat = columns * top + left, table.ravel()
+        upper, lower = (
+            flat[row:].take(corner) * (1 - right) + flat[row + 1 :].take(corner) * right for row in (0, columns)
+        )
+        return upper + below * (lower - upper)
 
     @cached_property
     def _table(self) -> Array:
         """Numbers at even places across the field, by rows and columns."""
         sides = ((self.low, self.high), (self.begin, self.end))
         along, across = (np.linspace(*side, round(PLACES_PER_MM * (side[1] - side[0])) + 1) for side in sides)
-        return self.numbers(along, across[:, None])
+        return self.numbers(along, across[:, None]).astype(np.float32)
 
 
-def _blended(place: Array, borders: Sequence[float], reach: Sequence[float], values: Sequence[Array]) -> Array:
+def _blended(place: Array, borders: Sequence[float], reach: Sequence[float], values: Sequence[Array] | Array) -> Array:
     """Values that pass into each other at borders; reach: how far each value's part blends, mm."""
     found = values[0]
     for border, before, behind, value in zip(borders, reach[:-1], reach[1:], values[1:], strict=True):

@@ -12,11 +12,8 @@ import re
 import signal
 import unicodedata
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from functools import partial
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -222,6 +219,9 @@ def _shared(
     if processes < 2 or len(badges) < LEAST_SHARED:
         yield map(work, badges, folders)
         return
+    from concurrent.futures.process import BrokenProcessPool, ProcessPoolExecutor
+    from multiprocessing import get_context
+
     # Spawned, because a fork would copy the locks of other threads.  Only the parent handles an interrupt.
     begin: dict[str, Any] = {"initializer": signal.signal, "initargs": (signal.SIGINT, signal.SIG_IGN)}
     pool = ProcessPoolExecutor(processes, mp_context=get_context("spawn"), **begin)

@@ -48,10 +48,10 @@ class Parts:
     @property
     def files(self) -> tuple[str, ...]:
         """Names of the files that `write_parts` writes."""
-        from moireid.fabrication.printed.mount import mount_stls
-
         found: list[str] = []
         if self.mount_plan:
+            from moireid.fabrication.printed.mount import mount_stls
+
             found += ["mount.step", *mount_stls(self.mount_plan), "mount.3mf"]
         if self.acrylic:
             found += [f"{name}.{kind}" for name in self.acrylic.drawings for kind in ("dxf", "svg")]

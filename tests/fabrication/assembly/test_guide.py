@@ -18,7 +18,7 @@ from moireid.cli.printing.print_options import mount_figure
 from moireid.designer import Order, design_badge
 from moireid.fabrication.assembly.assembly_words import BuildPlan
 from moireid.fabrication.assembly.guide import pieces, write_assembly_pdf
-from moireid.fabrication.assembly.sketches import LEANING_DEG, PX_PER_MM, WIDER, fringe_picture
+from moireid.fabrication.assembly.sketches import LEANING_DEG, PX_PER_MM, WIDER, fringe_pictures
 from moireid.fabrication.mount_parts import plan_parts, shape_parts
 from moireid.fabrication.process_figures import mount_figures
 
@@ -50,7 +50,7 @@ def beat_and_lean(badge: Badge, **look: float) -> tuple[float, float]:
     assert grating.code
     cell = grating.cells[grating.code.reference_cell]
     plain = replace(badge, gratings=(replace(grating, cells=(replace(cell, rect_mm=grating.rect_mm),), code=None),))
-    seen = np.asarray(fringe_picture(plain, **look), dtype=float)
+    seen = np.asarray(fringe_pictures(plain, **look)[0], dtype=float)
     spectrum = np.abs(
         np.fft.fft2((seen - seen.mean()) * np.outer(np.hanning(seen.shape[0]), np.hanning(seen.shape[1])), (2048, 2048))
     )

@@ -11,7 +11,7 @@ import pytest
 from kit.drawn import geometry
 from moireid.badge import Badge, Lens
 from moireid.designer import Order, design_badge
-from moireid.fabrication.assembly.sketches import GOOD, MIRRORED, fringe_picture, runs_right
+from moireid.fabrication.assembly.sketches import GOOD, MIRRORED, fringe_pictures, runs_right
 from moireid.fabrication.page.pdf import write_badge_pdf
 from moireid.fabrication.page.pitch_bands import ERRORS, look_m
 from moireid.lenticule import trace_mm
@@ -83,7 +83,7 @@ def test_bands_are_off_the_board_and_within_the_printers_rim(size_mm: tuple[floa
 def test_the_sheet_says_which_way_bands_run(badge: Badge, look: dict[str, float]) -> None:
     """Catches: an arrow for a badge that moves instead of the head, and one way for all looks."""
     first, moved = (
-        np.fft.rfft(np.asarray(fringe_picture(badge, aside_mm=aside_mm, **look), float)[:4].mean(axis=0) - 139)
+        np.fft.rfft(np.asarray(fringe_pictures(badge, [aside_mm], **look)[0], float)[:4].mean(axis=0) - 139)
         for aside_mm in (0.0, 20.0)
     )
     phase = np.angle(moved * first.conj())[np.abs(first).argmax()]

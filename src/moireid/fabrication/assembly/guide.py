@@ -10,8 +10,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
-from xml.sax.saxutils import escape
+from typing import TYPE_CHECKING
 
 from moireid.badge import Badge, Point, Rect
 from moireid.fabrication.assembly import assembly_words
@@ -30,7 +29,7 @@ if TYPE_CHECKING:
 
 #: Solids as they are drawn, by "printed" or "acrylic", and by their names.
 DrawnMounts = dict[str, dict[str, Piece]]
-LEFT_MM, TOP_MM, POINTS = 18.0, 22.0, 8.0
+LEFT_MM, TOP_MM, POINTS, INDENT_POINTS = 18.0, 22.0, 8.0, 10.5
 #: Between columns, between rows of steps, and below the words, mm.
 COLUMN_GAP_MM, ROW_GAP_MM, FOOT_MM = 8.0, 5.0, 10.0
 #: Steps in a row; a step's picture is at most so high, and at least, mm.
@@ -99,36 +98,50 @@ def _draw_name(sheet: PdfPage, name: str) -> None:
     sheet.line(LEFT_MM, TOP_MM, line, points=points)
 
 
-def _listed(heading: str, lines: Sequence[str]) -> list[Any]:
-    """A heading with its list, as reportlab's paragraphs."""
-    return [_words(heading, bold=True), *(_words(line, bullet="•") for line in lines)]
+def _listed(heading: str, lines: Sequence[str]) -> list[Words]:
+    """A heading with its list."""
+    return [Words(heading, bold=True), *(Words(line, bullet="•") for line in lines)]
 
 
-def _words(text: str, *, bold: bool = False, bullet: str | None = None) -> Any:
-    """A paragraph of reportlab's."""
-    from reportlab.lib.styles import ParagraphStyle
-    from reportlab.platypus import Paragraph
+@dataclass(frozen=True)
+class Words:
+    """A paragraph; bullet: left of it, and the paragraph is then indented."""
 
-    points = POINTS + 2.0 if bold else POINTS
-    style = ParagraphStyle("words", fontName=BOLD if bold else REGULAR, fontSize=points, leading=1.3 * points)
-    style.spaceBefore, style.spaceAfter = (6.0, 3.0) if bold else (0.0, 2.0)
-    style.leftIndent, style.bulletFontName = (10.5, REGULAR) if bullet else (0.0, REGULAR)
-    return Paragraph(escape(text), style, bulletText=bullet)
+    text: str
+    bold: bool = False
+    bullet: str = ""
+
+    @property
+    def font(self) -> tuple[str, float]:
+        """Its font, and that font's size in points."""
+        return (BOLD, POINTS + 2.0) if self.bold else (REGULAR, POINTS)
+
+    def lines(self, wide_mm: float) -> list[str]:
+        """Its lines in a column of that width, mm."""
+        from reportlab.lib.utils import simpleSplit
+
+        return list(simpleSplit(self.text, *self.font, wide_mm * POINTS_PER_MM - (INDENT_POINTS if self.bullet else 0)))
+
+    def tall_mm(self, wide_mm: float) -> float:
+        """Its height in a column of that width, space before and after it included, mm."""
+        return (1.3 * self.font[1] * len(self.lines(wide_mm)) + (9.0 if self.bold else 2.0)) / POINTS_PER_MM
 
 
-def _tall_mm(words: Sequence[Any], wide_mm: float) -> float:
+def _tall_mm(words: Sequence[Words], wide_mm: float) -> float:
     """Height of paragraphs below each other, mm."""
-    around = sum(one.getSpaceBefore() + one.getSpaceAfter() for one in words)
-    return float(around + sum(one.wrap(wide_mm * POINTS_PER_MM, math.inf)[1] for one in words)) / POINTS_PER_MM
+    return sum(one.tall_mm(wide_mm) for one in words)
 
 
-def _draw_words(sheet: PdfPage, words: Sequence[Any], x: float, top: float, wide_mm: float) -> None:
+def _draw_words(sheet: PdfPage, words: Sequence[Words], x: float, top: float, wide_mm: float) -> None:
     """Draw paragraphs below each other from a place on, mm."""
-    y = (sheet.height_mm - top) * POINTS_PER_MM
     for one in words:
-        y -= one.getSpaceBefore() + one.wrap(wide_mm * POINTS_PER_MM, math.inf)[1]
-        one.drawOn(sheet.canvas, x * POINTS_PER_MM, y)
-        y -= one.getSpaceAfter()
+        (font, points), indent = one.font, INDENT_POINTS if one.bullet else 0.0
+        y = top + ((6.0 if one.bold else 0.0) + points) / POINTS_PER_MM
+        sheet.text(x, y, one.bullet, points=points, font=font, align="left")
+        for line in one.lines(wide_mm):
+            sheet.text(x + indent / POINTS_PER_MM, y, line, points=points, font=font, align="left")
+            y += 1.3 * points / POINTS_PER_MM
+        top += one.tall_mm(wide_mm)
 
 
 def _draw_steps(sheet: PdfPage, found: list[Step]) -> None:
@@ -136,7 +149,7 @@ def _draw_steps(sheet: PdfPage, found: list[Step]) -> None:
     width, height = sheet.page_mm
     sheet.text(LEFT_MM, TOP_MM - 4, "Step by step", points=16, font=BOLD, align="left")
     wide = (width - 2 * LEFT_MM - COLUMN_GAP_MM * (STEPS_ACROSS - 1)) / STEPS_ACROSS
-    words = [[_words(f"{k}.  {step.title}", bold=True), _words(step.words)] for k, step in enumerate(found, start=1)]
+    words = [[Words(f"{k}.  {step.title}", bold=True), Words(step.words)] for k, step in enumerate(found, start=1)]
     rows = [range(k, min(k + STEPS_ACROSS, len(found))) for k in range(0, len(found), STEPS_ACROSS)]
     needed = [max(_tall_mm(words[k], wide) for k in row) for row in rows]
     # The pictures share what the words leave.

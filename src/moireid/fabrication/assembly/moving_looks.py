@@ -6,12 +6,13 @@ Convention: the head at the foot of the picture is where the eye is, as seen fro
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
 
 from PIL import Image, ImageDraw, ImageFont
 
 from moireid.badge import Badge
-from moireid.fabrication.assembly.sketches import GOOD, LEANING, MIRRORED, WIDE, fringe_picture
+from moireid.fabrication.assembly.sketches import GOOD, LEANING, MIRRORED, WIDE, fringe_pictures
 from moireid.fabrication.page.canvas import font_file
 from moireid.fabrication.page.preview import SWING, view_mm, write_moving
 
@@ -30,13 +31,15 @@ def write_looks(badge: Badge, path: Path) -> None:
     """Draw the moving picture and write it as animated WebP, whole or not at all."""
     swing = [round(math.sin(2 * math.pi * k / FRAMES), 6) for k in range(FRAMES)]
     # On the way back the head passes the same places.
-    shown = {aside: _frame(badge, aside) for aside in dict.fromkeys(swing)}
+    asides = list(dict.fromkeys(swing))
+    asides_mm = [aside * SWING * view_mm(badge) for aside in asides]
+    looks = zip(*(fringe_pictures(badge, asides_mm, **look) for _, look in LOOKS), strict=True)
+    shown = {aside: _frame(aside, pictures) for aside, pictures in zip(asides, looks, strict=True)}
     write_moving([shown[aside] for aside in swing], path, frame_ms=FRAME_MS, quality=45)
 
 
-def _frame(badge: Badge, aside: float) -> Image.Image:
+def _frame(aside: float, pictures: Sequence[Image.Image]) -> Image.Image:
     """The four looks, two a row, from a head that is aside by that share of its swing."""
-    pictures = [fringe_picture(badge, aside_mm=aside * SWING * view_mm(badge), **look) for _, look in LOOKS]
     high = round(WIDE_PX * pictures[0].height / pictures[0].width)
     across, down = WIDE_PX + GAP_PX, CAPTION_PX + high + GAP_PX
     frame = Image.new("L", (2 * across + GAP_PX, 2 * down + HEAD_PX), PAPER)

@@ -40,43 +40,47 @@ GAP_MM, HEAD_MM = 3.0, 1.6
 ARROW_MM, ROOM_ABOVE_MM = 3.5, 50.0
 
 
-def fringe_picture(badge: Badge, *, turned_deg: float = 0.0, beats: float = 1.0, aside_mm: float = 0.0) -> Image.Image:
+def fringe_pictures(
+    badge: Badge, asides_mm: Sequence[float] = (0.0,), *, turned_deg: float = 0.0, beats: float = 1.0
+) -> list[Image.Image]:
     """The first grating under its sheet, grey, its axis across: as it looks from `view_mm` before its middle.
 
-    Parameters: turned_deg: how far the sheet is turned on the page; beats: how many times as many fringes as designed
-        the sheet shows, because its pitch is not the label's; aside_mm: how far the eye is from there along the axis.
+    Parameters: asides_mm: how far the eye is from there along the axis, a picture each; turned_deg: how far the sheet
+        is turned on the page, about the field's middle; beats: how many times as many fringes as designed the sheet
+        shows, because its pitch is not the label's.
     Source: `lenticule.trace_mm`, or `optics.slab_shift_mm` for a mask.
     """
-    first = badge.gratings[0]
+    first, pitch_mm, turn_rad = badge.gratings[0], _pitch_mm(badge, badge.gratings[0], beats), math.radians(turned_deg)
     x0, y0, x1, y1 = own_rect(first.axis, first.rect_mm)
     # A picture of a whole A5 sheet is as large as one of a card.
     scale = PX_PER_MM * min(1.0, 140.0 / (x1 - x0))
     size = (max(2, round((y1 - y0) * scale)), max(2, round((x1 - x0) * scale)))
     rows, columns = np.meshgrid(*(np.arange(n) + 0.5 for n in size), indexing="ij")
-    own = np.stack([x0 + columns / scale, y0 + rows / scale], axis=-1)
-    light = _light(badge, first, own, math.radians(turned_deg), _pitch_mm(badge, first, beats), aside_mm)
-    return Image.fromarray((INK + (PAPER - INK) * light).astype(np.uint8))
-
-
-def _light(
-    badge: Badge, grating: Grating, own: Array, turn_rad: float, pitch_mm: float, aside_mm: float = 0.0
-) -> Array:
-    """Brightness, 0 to 1, of pixels at own places (..., 2) of a grating, its sheet turned about the field's middle."""
-    x0, y0, x1, y1 = own_rect(grating.axis, grating.rect_mm)
-    across, along = own[..., 0], own[..., 1]
-    # Across the lenses, from the middle; and the axis of the lens above each pixel.
+    across, along = x0 + columns / scale, y0 + rows / scale
+    # Across the lenses, from the middle; and the number of the lens above each pixel, from the first.
     over = (across - (x0 + x1) / 2) * math.cos(turn_rad) + (along - (y0 + y1) / 2) * math.sin(turn_rad)
-    lens_axis = np.round(over / pitch_mm) * pitch_mm
-    place, rays = across + (lens_axis - over) * math.cos(turn_rad), _landed_mm(badge, lens_axis, aside_mm)
-    if is_smooth(grating):
-        lines = lines_over(badge.lens, grating, place, along)
-        return smooth_light(lines, grating, list(np.moveaxis(rays, -1, 0)))
-    light = np.ones(across.shape)
+    lens = np.round(over / pitch_mm).astype(int)
+    place = across + (lens * pitch_mm - over) * math.cos(turn_rad)
+    lens_axes, lens = np.arange(lens.min(), lens.max() + 1) * pitch_mm, lens - lens.min()
+    lines = lines_over(badge.lens, first, place, along) if is_smooth(first) else None
+    pictures = []
+    for aside_mm in asides_mm:
+        rays = rays_landed_mm(badge.lens, ((lens_axes - aside_mm) / view_mm(badge))[:, None], RAYS)
+        if lines:
+            light = smooth_light(lines, first, [ray[lens] for ray in rays.T.astype(np.float32)])
+        else:
+            light = _light_of_cells(first, (across, along), place[..., None] + rays[lens])
+        pictures.append(Image.fromarray((INK + (PAPER - INK) * light).astype(np.uint8)))
+    return pictures
+
+
+def _light_of_cells(grating: Grating, own: tuple[Array, Array], landed: Array) -> Array:
+    """Brightness, 0 to 1, of pixels at own places (rows, columns), whose rays land at places (rows, columns, rays)."""
+    (across, along), light = own, np.ones(own[0].shape)
     for cell in grating.cells:
         cx0, cy0, cx1, cy1 = own_rect(grating.axis, cell.rect_mm)
         within = (across >= cx0) & (across < cx1) & (along >= cy0) & (along < cy1)
-        phase = (place[within][:, None] + rays[within] - cell.edge_mm) / cell.pitch_mm % 1.0
-        light[within] = (phase >= cell.duty).mean(axis=1)
+        light[within] = ((landed[within] - cell.edge_mm) / cell.pitch_mm % 1.0 >= cell.duty).mean(axis=1)
     return light
 
 
@@ -86,13 +90,6 @@ def _pitch_mm(badge: Badge, grating: Grating, beats: float) -> float:
     # Lines may be nearly as many as the lenses, or nearly twice as many.
     order = max(1, round(lines / lenses))
     return order / (lines - beats * (lines - order * lenses))
-
-
-def _landed_mm(badge: Badge, lens_axis: Array, aside_mm: float) -> Array:
-    """Where the rays of each pixel's lens land, from that lens's axis, mm: (rows, columns, rays)."""
-    axes, index = np.unique(lens_axis, return_inverse=True)
-    landed = rays_landed_mm(badge.lens, ((axes - aside_mm) / view_mm(badge))[:, None], RAYS)
-    return landed[index.reshape(lens_axis.shape)]
 
 
 class BadgeSketch:
@@ -208,11 +205,11 @@ def runs_right(badge: Badge, beats: float = 1.0) -> bool:
 
 
 def fringes(badge: Badge, looks: Sequence[dict[str, float]], sheet: PdfPage, area: Rect) -> None:
-    """The fringes that are seen, one picture a look (`fringe_picture`'s parameters), and which way they run."""
+    """The fringes that are seen, one picture a look (`fringe_pictures`'s parameters), and which way they run."""
     wide = (area[2] - area[0] - GAP_MM * (len(looks) - 1)) / len(looks)
     for k, look in enumerate(looks):
         left = area[0] + k * (wide + GAP_MM)
-        _place(sheet, fringe_picture(badge, **look), (left, area[1], wide, area[3] - area[1] - ARROW_MM))
+        _place(sheet, fringe_pictures(badge, **look)[0], (left, area[1], wide, area[3] - area[1] - ARROW_MM))
         middle, y, half = left + wide / 2, area[3] - ARROW_MM / 2, wide / 5
         way = 1 if runs_right(badge, look.get("beats", 1.0)) else -1
         arrow(sheet, (middle - way * half, y), (middle + way * half, y))
@@ -223,7 +220,7 @@ def bands(badge: Badge, sheet: PdfPage, area: Rect) -> None:
     x0, _, x1, _ = badge.outline_mm
     found = pitch_bands(badge, (x0, ROOM_ABOVE_MM, x1, ROOM_ABOVE_MM))
     assert found is not None
-    seen = fringe_picture(replace(badge, gratings=(found,), range_m=(look_m(badge), look_m(badge))))
+    (seen,) = fringe_pictures(replace(badge, gratings=(found,), range_m=(look_m(badge), look_m(badge))))
     _place(sheet, seen, (area[0], area[1], area[2] - area[0], area[3] - area[1]))
 
 
