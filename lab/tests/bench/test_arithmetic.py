@@ -8,7 +8,6 @@ from types import SimpleNamespace
 import pytest
 
 from moireid_lab.bench import stability as stability
-from moireid_lab.bench.bench_frame import table_text
 from moireid_lab.bench.identity import identity_suite as identity
 
 
@@ -70,4 +69,4 @@ def test_cases_come_out_as_physics_expects(name):
     # With seed 0 the smeared film ends at 6.1 times likelier, where 6.2 is needed: a film's ends are its weakest part.
     row = stability.read_case((name, 1, 150))
     assert row["outcome"] == "right" and json.dumps(row, allow_nan=False)
-    assert (row["why"] or row["verdict"] == "accept") and name in table_text(stability.BENCH, [row])
+    assert row["why"] or row["verdict"] == "accept"
