@@ -8,9 +8,9 @@ A row is a film: a hash of its luma, verdict, codes of all findings, gain, ident
 `--against` prints what moved, and exits with 1 if a verdict, a code or an identity moved.  A film that another machine
 made otherwise is another film: it is named, and not compared.
 
-The corpus (`golden_films.py`): the films of `tests/data`, badges on natural motion, each effect of the simulator,
-outside films of all formats, each forgery on four motions, boards that were built wrong, long lenses.  Of half-real
-films (`moireid lab bench half-real --keep DIR`, cases `real-…` and `forged-real-…`), which show a person, only the
+The corpus (`golden_films.py` of that version): the films of `tests/data`, badges on natural motion, each effect of the
+simulator, outside films of all formats, each forgery on four motions, boards that were built wrong, long lenses.  Of
+half-real films (`moireid lab bench half-real --keep DIR`, `real-…` and `forged-real-…`), which show a person, only the
 signals are kept: `golden.py DIR --only real- --keep tests/data/golden --out NEW.csv`.
 `--signals` judges what `--keep` kept of each film (`tests/data/golden`): the signals, from which motion is judged
 again, and the other findings, identity among them, as they were.

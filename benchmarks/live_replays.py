@@ -1,13 +1,13 @@
 """Answers, calls and replays against the live check: run `moireid lab bench live [--only call]`.
 
 film: a person before a webcam follows a challenge with a true badge: traced fringes, a photographed face, tremor,
-    noise, 720p at 24 frames a second, coded as JPEG as the page codes them.  `--controls` go through `LiveCheck` with
-    the challenge that they answer (own), and should be accepted.  Each is played to a fresh challenge (replay), begun
+    noise, 720p at 24 frames a second, coded as JPEG as the page codes them.  Some go through `LiveCheck` with the
+    challenge that they answer (own), and should be accepted.  Each is played to a fresh challenge (replay), begun
     at the moment that suits this best, which the replayer knows before: paused on its first picture till then, or
     without its beginning.  None may be accepted.
 call, answered: a person in a call hears the prompts that are read aloud, and follows them with a true badge.  The
     call's delay, there and back, goes from 100 to 1,500 ms; 2 % of the pictures are lost; pictures are coded by H.264
-    at 1.5 Mbit/s, shown in a tile of 960 px (`--widths`: others), and coded as JPEG by the asker's page.  Nine of ten
+    at 1.5 Mbit/s, shown in a tile of 960 px, and coded as JPEG by the asker's page.  Nine of ten
     should be accepted.  jumping: with a delay that jumps up by a second in the middle.  replay: an attacker plays a
     film of an earlier answered call, and pauses it until each prompt comes.  None may be accepted.
 drawn: a forger before a webcam follows the prompts with a printed board, whose pose his program knows without error.
@@ -19,10 +19,10 @@ from __future__ import annotations
 
 import hashlib
 import random
-from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import islice
+from pathlib import Path
 from typing import Any
 
 import cv2
@@ -33,7 +33,6 @@ from moireid.badge import Badge
 from moireid.designer import Order, design_badge
 from moireid.question import Question
 from moireid.simulate.scene import Build, Scene
-from moireid_lab.bench.bench_frame import Bench, Row, Wish, grouped
 from moireid_lab.bench.live import (
     FACE_MM,
     REST_MM,
@@ -46,9 +45,9 @@ from moireid_lab.bench.live import (
     passes_in_order,
     portrait,
 )
+from moireid_lab.bench.part import OWN, Asked, Part, Row, answer_of, interleaved
 from moireid_studio.challenge.challenge import draw_prompts
-from moireid_studio.challenge.chance import likeliest_chance, replay_chance, same_moves_chance
-from moireid_studio.challenge.clock import CALL, SLACK_S
+from moireid_studio.challenge.clock import CALL
 from moireid_studio.challenge.session import READY_S, LiveCheck
 
 FPS = 24.0
@@ -126,7 +125,7 @@ def filmed(job: tuple[int, bool]) -> Row:
     shifts = np.arange(SEEN_S - before[0].at_s, fresh[-1].at_s - before[0].at_s, 0.25)
     best_s = max(shifts, key=lambda shift_s: (passes_in_order(seen, fresh, shift_s), -abs(shift_s)))
     found["replay"] = judged(timed(begun_at(film, round(best_s * FPS))), fresh)
-    return {"kinds": found}
+    return found
 
 
 def begun_at(film: Iterable[bytes], start: int) -> Iterator[bytes]:
@@ -145,7 +144,6 @@ class Call:
     number: int
     kind: str
     delay_s: float
-    width: int = WIDTH
     jump_s: float = 0.0
 
 
@@ -156,7 +154,7 @@ def called(call: Call) -> Row:
     if call.kind == "replay":
         who = PausingPlayer(draw_prompts(3.0, chance, pace=CALL), FACE_MM, call.delay_s)
     pictures = frames(badge, portrait(), who, length_s=LONGEST_S, fps=FPS, seed=call.number)
-    tile = jpegs(coded(pictures, call.width, FPS, loss=LOSS, chance=chance))
+    tile = jpegs(coded(pictures, WIDTH, FPS, loss=LOSS, chance=chance))
 
     def arriving() -> Iterator[Picture]:
         for number, jpeg in enumerate(tile):
@@ -164,7 +162,7 @@ def called(call: Call) -> Row:
             yield taken_s, taken_s + 0.03, jpeg
 
     found = checked(badge, arriving(), lambda at_s: draw_prompts(at_s, chance, pace=CALL), who.hear, pace=CALL)
-    return {"kinds": {f"call, {call.kind}": found | {"delay": call.delay_s}}}
+    return {"call jumps" if call.jump_s else f"call {call.kind}": found | {"delay_s": call.delay_s}}
 
 
 def drawn(job: tuple[int, int]) -> Row:
@@ -182,58 +180,40 @@ def drawn(job: tuple[int, int]) -> Row:
     late_s = DRAWING_S + 1 / FPS
     timed = ((k / FPS + late_s, k / FPS + late_s + WAY_S, jpeg) for k, jpeg in enumerate(film))
     found = checked(badge, timed, lambda _: list(prompts), lambda move, shown_s: None)
-    return {"kinds": {f"drawn, {count} stills": found}}
+    return {f"drawn, {count} stills": found}
 
 
-def judged(job: tuple[str, Any]) -> Row:
+def judged(job: tuple[str, Any], folder: Path) -> Row:
     """A film, a call, or a badge that is drawn."""
-    return {"film": filmed, "call": called, "drawn": drawn}[job[0]](job[1])
+    found = {"film": filmed, "call": called, "drawn": drawn}[job[0]](job[1])
+    answers = {
+        kind.split(",")[0]: answer_of(row["verdict"], true=kind in ("own", "call answered", "call jumps"))
+        for kind, row in found.items()
+    }
+    (*_, kind), (*_, last) = found, found.values()
+    return {"kind": kind, "answers": answers, "verdict": last["verdict"], "delay_s": last.get("delay_s")}
 
 
-def rows(wish: Wish) -> Iterator[Row]:
-    """One row a film and kind."""
-    asked = wish.own
-    delays = np.linspace(0.1, 1.5, max(asked.answered, 2)).tolist()
-    calls = [Call(k, "answered", delays[k]) for k in range(asked.answered)]
-    calls += [Call(k, "jumping", 0.4, jump_s=1.0) for k in range(asked.jumping)]
-    calls += [Call(k, "replay", delays[k % len(delays)]) for k in range(asked.replays)]
-    calls += [Call(k, f"{width} px wide", 0.4, width) for width in asked.widths for k in range(2)]
-    jobs: dict[str, Any] = {f"film {k}": ("film", (k, k >= asked.controls)) for k in range(wish.clips or 50)}
-    jobs |= {f"call {call.kind} {call.number}": ("call", call) for call in calls}
-    jobs |= {f"drawn {count} {k}": ("drawn", (k, count)) for k in range(asked.drawn) for count in (2, 3, 4)}
-    for name, found in zip(wish.chosen(jobs), wish.each(judged, jobs), strict=True):
-        for kind, row in found["kinds"].items():
-            yield {"film": name, "kind": kind, "delay": None} | row
+def cases(asked: Asked) -> dict[str, tuple[str, Any]]:
+    """All sessions, mixed by kind."""
+    count = asked.clips or 10
+    delays = np.linspace(0.1, 1.5, max(count, 2)).tolist()
+    films = {f"film {k}": ("film", (k, k >= count // 2)) for k in range(count)}
+    calls = [Call(k, "answered", delays[k]) for k in range(count)] + [
+        Call(k, "replay", delays[k]) for k in range(count)
+    ]
+    some = {f"call {call.kind} {call.number}": ("call", call) for call in calls}
+    some |= {f"call jumps {k}": ("call", Call(k, "jumping", 0.4, 1.0)) for k in range(2)}
+    stills = {f"drawn {number} {k}": ("drawn", (k, number)) for k in range(3) for number in (2, 3, 4)}
+    return interleaved(films, some, stills)
 
 
-def table(found: list[Row]) -> Iterator[Row]:
-    """The films, then the sums."""
-    yield from found
-    for kind, own in grouped(found, "kind").items():
-        counted = Counter(row["verdict"] for row in own)
-        yield {"all of": kind} | {verdict: counted[verdict] for verdict in ("accept", "inconclusive", "reject")}
-
-
-def chances(found: list[Row]) -> Iterator[str]:
-    """The computed chances of replays."""
-    yield (
-        f"computed chance of one replay {replay_chance():.1e}, of one with the most lies about time "
-        f"{replay_chance(slack_s=SLACK_S):.1e}"
-    )
-    yield (
-        f"computed chance of one paused replay in a call {same_moves_chance(CALL):.1e}, of the likeliest one "
-        f"{likeliest_chance(CALL):.1e}"
-    )
-
-
-OPTIONS = {
-    "--controls": {"type": int, "default": 10, "help": "films that are also checked as what they are"},
-    "--answered": {"type": int, "default": 10, "help": "calls"},
-    "--jumping": {"type": int, "default": 2, "help": "calls"},
-    "--drawn": {"type": int, "default": 3, "help": "sessions with each number of stills"},
-    "--replays": {"type": int, "default": 50, "help": "calls"},
-    "--widths": {"type": int, "nargs": "*", "default": [], "help": "of further calls' tiles, px"},
+QUESTIONS = {
+    "own": "Is a live answer to its own prompts accepted?",
+    "replay": "Is an answer of another time rejected, played at the best moment?",
+    "call answered": "Is an answer accepted in a call, 0.1 to 1.5 s late, 2 % of the pictures lost?",
+    "call jumps": "The same in a call whose delay jumps by a second?",
+    "call replay": "Is an answer of another call rejected, paused until each prompt?",
+    "drawn": "Is a badge rejected that is drawn by optical flow between two to four stills as the prompts come?",
 }
-COLUMNS = {"film": "<20", "kind": "<18", "delay": ">5.2f", "verdict": "<12", "prompts": ">7", "s": ">5.0f", "why": "<1"}
-COLUMNS |= {"all of": "<18", "accept": ">8", "inconclusive": ">13", "reject": ">8"}
-BENCH = Bench(rows, COLUMNS, chances, OPTIONS, table)
+PART = Part(QUESTIONS, OWN, cases, judged)

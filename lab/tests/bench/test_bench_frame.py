@@ -37,10 +37,8 @@ def test_a_row_shows_what_it_has_of_the_columns():
     ]
 
 
-def test_seeds_and_names_are_those_that_are_asked_for():
-    """Catches: clips that a quick run overrides, a seed that is left out, a name that no case has taken for all."""
-    assert Wish(seed=4).seeds(3) == range(4, 7) and Wish(quick=True).seeds(3, quick=2) == range(2)
-    assert Wish(quick=True, clips=5).seeds(3) == range(5)
+def test_names_are_those_that_are_asked_for():
+    """Catches: a name that no case has taken for all."""
     assert Wish(only="^b").chosen(["ab", "ba"]) == ["ba"]
     with pytest.raises(SpecError, match="no case's name holds 'z'"):
         Wish(only="z").chosen(["a"])

@@ -1,4 +1,4 @@
-"""The one plot of a bench: verdicts as bars, one figure against another, or how often each outcome came."""
+"""The one plot of a bench: outcomes as bars, one figure against another, or how often each outcome came."""
 
 from __future__ import annotations
 
@@ -8,23 +8,22 @@ from typing import Any
 
 import numpy as np
 
-from moireid_lab.bench.bench_rows import Row
+from moireid_lab.bench.part import Row
 from moireid_lab.evaluation.plots import figure_of, plain
 
-#: None looks like praise or alarm: an accepted forgery is a failure, an accepted badge none.
-COLOURS = {"accept": "#22577a", "inconclusive": "#d3dae2", "reject": "#d98a3d"}
+COLOURS = {"right": "#22577a", "inconclusive": "#d3dae2", "wrong": "#d98a3d"}
 
 
 def plot_of(rows: Sequence[Row], columns: Sequence[str], keys: Sequence[str]) -> Any:
     """A figure of the rows of a bench's table.
 
-    Parameters: columns: headings; keys: none, where the rows count verdicts; one, to count its values; else those of
+    Parameters: columns: headings; keys: none, where the rows count outcomes; one, to count its values; else those of
         the figures across and up, both log, and of what is a line of its own.
     """
     if not keys:
-        bars = [row for row in rows if all(verdict in row for verdict in COLOURS)]
+        bars = [row for row in rows if all(name in row for name in COLOURS)]
         names = [", ".join(str(row[name]) for name in columns if isinstance(row.get(name), str)) for row in bars]
-        return _bars([name[:60] for name in names], {verdict: [row[verdict] for row in bars] for verdict in COLOURS})
+        return _bars([name[:60] for name in names], {name: [row[name] for row in bars] for name in COLOURS})
     if len(keys) == 1:
         counts = Counter(str(row[keys[0]]) for row in rows if keys[0] in row)
         return _bars(list(counts), {keys[0]: list(counts.values())})

@@ -16,8 +16,8 @@ from moireid.errors import MoireIdError, SpecError
 from moireid.result_cache import keep_row, kept_rows, program_digest
 from moireid_lab.archive.engine import Task, run_tasks
 from moireid_lab.archive.isolated import Limits, LostJob
+from moireid_lab.bench.part import Row
 
-Row = dict[str, Any]
 #: Of one film; the longest of any suite takes some minutes, and renderers hold more than a verifier does.
 LIMITS = Limits(seconds=7200.0, memory_mb=8192)
 

@@ -54,7 +54,7 @@ def read_clip(clip: Clip) -> dict[str, Any]:
     from moireid.verifier.identity.compare_built import filmed_built
     from moireid.verifier.identity.decode import read_identity
     from moireid.verifier.session.film import verify
-    from moireid_lab.bench.bench_frame import temporary_film
+    from moireid_lab.bench.part import temporary_film
 
     badge = design_badge(Order("Bench", lens="50lpi", range_m=(0.8, 2.5)), clip.payload)
     build = build_of(clip)
