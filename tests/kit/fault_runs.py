@@ -87,7 +87,6 @@ OPERATIONS: dict[str, Callable[[Path], None]] = {
     "enroll_many": with_registry(lambda registry, folder: registry.enroll_many(people(badge_of("Di"), 40))),
     "revoke": with_registry(lambda registry, folder: registry.revoke("Ada", "lost")),
     "erase": with_registry(lambda registry, folder: registry.erase("Ada")),
-    "rotate_key": with_registry(lambda registry, folder: registry.rotate_key()),
     "import": imported,
     "export": with_registry(exported),
     "checkpoint": with_registry(pointed),

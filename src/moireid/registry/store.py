@@ -1,4 +1,4 @@
-"""The Registry: enroll, change of key, and calls to audit, export and import.
+"""The Registry: enroll, and calls to audit, export and import.
 
 It inherits its other methods from `queries.py`, `changes.py` and `public_view.py`.
 
@@ -26,10 +26,9 @@ from moireid.registry.export_file import export_json
 from moireid.registry.keys import account, checked_actor, key_path, keys_folder
 from moireid.registry.ledger import Ledger, open_ledger
 from moireid.registry.look_alikes import LookAlikeWarning
-from moireid.registry.merge import Import, checked_copy, merge
+from moireid.registry.merge import Import, checked_copy, merge, sign_anew
 from moireid.registry.public_view import PublicView
 from moireid.registry.record import Record, new_record
-from moireid.registry.rotate import rotate
 
 #: At most this many people whose names look alike are named in a warning.
 MOST_NAMED = 3
@@ -259,30 +258,6 @@ class Registry(RegistryChanges, PublicView):
             self._warn(names, warned=warned)
         return Batch(enrolled, unchanged, revoked)
 
-    def rotate_key(self, progress: Progress | None = None) -> int:
-        """Give the authority a new key, by a log entry that the old and the new one sign.
-
-        Parameters
-        ----------
-        progress : callable, optional
-            Called with records done, and None.
-
-        Returns
-        -------
-        int
-            Records that were signed anew.
-
-        Raises
-        ------
-        RegistryError
-            If the old key is not on this machine, a new one cannot be stored, or a record is not as it was signed.
-
-        Notes
-        -----
-        Other programs that have the registry open must open it again.
-        """
-        return rotate(self._ledger, self.actor, progress)
-
     def _warn(self, names: Sequence[str], *, warned: bool) -> None:
         """Warn the caller's caller of names that look like others here; warned: that was done already."""
         for name, alike in ({} if warned else self.look_alikes(names)).items():
@@ -372,7 +347,7 @@ class Registry(RegistryChanges, PublicView):
             return merge(copy, self._ledger, self.actor)
 
 
-def import_registry(path: Path | str, url: str | None, *, actor: str | None = None) -> Import:
+def import_registry(path: Path | str, url: str | None, *, actor: str | None = None, new_key: bool = False) -> Import:
     """Take in an export as `Registry.import_json` does, and make the registry if it is absent.
 
     Parameters
@@ -383,6 +358,8 @@ def import_registry(path: Path | str, url: str | None, *, actor: str | None = No
         As `open_registry`.  A registry that is made has no key of its own.
     actor : str, optional
         As `open_registry`.
+    new_key : bool
+        Sign all records anew, by the key of an empty registry, which is made if there is none.
 
     Returns
     -------
@@ -396,6 +373,6 @@ def import_registry(path: Path | str, url: str | None, *, actor: str | None = No
     """
     with (
         checked_copy(Path(path)) as copy,
-        open_registry(url, create=True, make_authority=False, actor=actor) as registry,
+        open_registry(url, create=True, make_authority=new_key, actor=actor) as registry,
     ):
-        return merge(copy, registry._ledger, registry.actor)
+        return (sign_anew if new_key else merge)(copy, registry._ledger, registry.actor)

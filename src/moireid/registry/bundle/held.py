@@ -25,10 +25,9 @@ from moireid.question import Question
 from moireid.registry.bundle.bundle_file import BundlePerson, check_expiry, read_bundle_file
 from moireid.registry.checkpoints.checkpoint import checkpoint_from
 from moireid.registry.checkpoints.cosignature import Quorum
-from moireid.registry.log import Head, Rotation, authority_keys, linked, rotation_of
+from moireid.registry.log import Head
 from moireid.registry.look_alikes import by_line, folded_skeleton, line_alike, skeleton
 from moireid.registry.merkle import Tree, leaf_hash
-from moireid.registry.record import Fault
 from moireid.registry.rollback import LogState, standing_of
 from moireid.registry.seen import recall
 
@@ -113,9 +112,8 @@ class Bundle:
         log = LogState(
             f"bundle {path}",
             f"bundle:{self.path.absolute()}",
-            self.authority,
+            self.authority.fingerprint,
             self._head,
-            self.rotations(),
             self._extends,
         )
         self.standing = standing_of(log, recall(log.place), trust, header.expires)
@@ -244,35 +242,15 @@ class Bundle:
         roots = [Tree(leaves[: head.seq]).root().hex() for head in (seen, self._head)]
         return roots == [seen.hash, self._head.hash]
 
-    def rotations(self) -> list[Rotation]:
-        """The changes of the authority's key, as far as they are proven here.
-
-        Raises: RegistryError if such an entry is not valid, or is not in this bundle's log.
-        """
-        try:
-            turned = linked([rotation_of(entry) for entry in self._content.rotations], self.authority)
-            if any(self._content.hash_at(one.seq) != bytes.fromhex(one.hash) for one in turned):
-                raise ValueError("a change of key is not in its log")
-        except (Fault, ValueError, TypeError, KeyError) as error:
-            raise RegistryError(
-                f"bundle {self.path} proves a change of its authority's key wrongly ({error}); fetch it again"
-            ) from error
-        return turned
-
-    def authority_keys(self) -> tuple[AuthorityKey, ...]:
-        """The keys by which its authority signs, or signed.
+    def authority_key(self) -> AuthorityKey:
+        """The key by which its authority signs.
 
         Returns
         -------
-        tuple of AuthorityKey
-            The present one first.
-
-        Raises
-        ------
-        RegistryError
-            As `rotations`.
+        AuthorityKey
+            Checked.
         """
-        return authority_keys(self.authority, self.rotations())
+        return AuthorityKey(self.authority.fingerprint, self.authority.public_hex)
 
     def layouts(self) -> list[Badge]:
         """List a badge without a person for each layout, which is enough to read any badge of the bundle.
