@@ -30,7 +30,7 @@ EXPORTED = {
     ),
     "moireid.registry": (
         "Audit BadgeHolder Batch Finding Import LookAlikeWarning People Record Registry claimed "
-        "claimed_by_file default_url holder_of import_registry open_registry"
+        "claimed_by_file default_url holder_of import_registry open_registry people_of"
     ),
     "moireid_studio.challenge": "StreamCheck",
 }

@@ -34,7 +34,7 @@ bundle/         what a verifier needs, in one signed file
 from moireid.provenance import BadgeHolder
 from moireid.registry.audit_findings import Audit, Finding
 from moireid.registry.batch import Batch
-from moireid.registry.claimed import People, claimed, claimed_by_file, holder_of
+from moireid.registry.claimed import People, claimed, claimed_by_file, holder_of, people_of
 from moireid.registry.engine import default_url
 from moireid.registry.look_alikes import LookAlikeWarning
 from moireid.registry.merge import Import
@@ -57,4 +57,5 @@ __all__ = [
     "holder_of",
     "import_registry",
     "open_registry",
+    "people_of",
 ]

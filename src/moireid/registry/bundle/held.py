@@ -8,7 +8,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from datetime import datetime
@@ -37,39 +36,6 @@ MOST_ALIKE = 3
 MOST_SEALS = 5000
 #: An identity in hex digits, as a claim.
 _ID = re.compile(r"[0-9a-f]{6}|[0-9a-f]{16}|[0-9a-f]{32}")
-
-
-class BundlePeople:
-    """A bundle as identification sees it.
-
-    Parameters
-    ----------
-    bundle : Bundle
-        An open one.
-
-    Notes
-    -----
-    Identities are sealed in it, so each one that is asked for is tried on every seal, once.
-    """
-
-    def __init__(self, bundle: Bundle) -> None:
-        self._bundle = bundle
-        self._known: dict[str, BadgeHolder | None] = {}
-
-    def holder(self, badge_id: str) -> BadgeHolder | None:
-        """The holder of an id, revoked or not; None if no one holds it."""
-        if badge_id not in self._known:
-            self._known[badge_id] = self._bundle.holder_of(badge_id)
-        return self._known[badge_id]
-
-    def holds(self, badge_id: str) -> bool:
-        """Whether an id is in the bundle, and its badge counts at present."""
-        found = self.holder(badge_id)
-        return found is not None and found.barred is None
-
-    def alike(self, parts: Mapping[int, str]) -> list[str]:
-        """Always empty: an id of which only a part was read correctly opens no seal."""
-        return []
 
 
 class Bundle:
@@ -101,6 +67,8 @@ class Bundle:
         self.path = Path(path)
         header, self.authority, self._content = read_bundle_file(self.path)
         self._head = Head.parse(header.head)
+        #: Of ids that were tried on every seal.
+        self._holders: dict[str, BundlePerson | None] = {}
         self.opens_soon = len(self._content.people) <= MOST_SEALS
         # Both were signed together; a bundle in which they differ was made by another program.
         if self._content.hash_at(self._head.seq) is None:
@@ -197,9 +165,13 @@ class Bundle:
         BadgeHolder or None
             None if it is no identity, or no one in the bundle holds such a badge.
         """
-        for person in self._of_id(badge_id) if isinstance(badge_id, str) else []:
-            return BadgeHolder(person.name, person.state.barred(), person.line)
-        return None
+        if not isinstance(badge_id, str):
+            return None
+        if badge_id not in self._holders:
+            found = self._of_id(badge_id)[:1]
+            self._holders[badge_id] = found[0] if found else None
+        person = self._holders[badge_id]
+        return None if person is None else BadgeHolder(person.name, person.state.barred(), person.line)
 
     def require_witnesses(self, quorum: Quorum) -> dict[str, datetime]:
         """Rely on the bundle only if witnesses have seen the log that it is of.
