@@ -7,7 +7,7 @@ the film is judged.  A registry's packages are loaded only where one is asked.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 from urllib.parse import urlsplit
 
 from moireid.badge import Badge, load_badge
+from moireid.errors import SpecError
 from moireid.files import AnyPath, as_path
 from moireid.provenance import FROM_FILE, Standing
 from moireid.question import KnownCamera, Question
@@ -41,11 +42,33 @@ class AskingTerms:
 
     trust: str | None
     note: Callable[[Standing], object]
-    require: Callable[[Registry | Bundle], object] = lambda held: None
+    require: Callable[[Registry | Bundle], object] | None = None
+
+    def check(self, held: Registry | Bundle, standing: Standing) -> None:
+        """Note what is to be known of what was opened, and raise an error where more is asked of it than holds."""
+        self.note(standing)
+        if self.require is not None:
+            self.require(held)
 
 
 #: What is asked of a film, and how its report is looked up where the claim was.
 ClaimContext = tuple[Question, LookUp]
+
+
+def claim_context(
+    claim: str | None, badge: Badge | AnyPath | None, registry: Place, bundle: AnyPath | None, terms: AskingTerms
+) -> AbstractContextManager[ClaimContext]:
+    """Where a claimed badge is looked up.  Raises: SpecError unless there is one claim and one place."""
+    if bundle is not None and (registry is not None or claim is None):
+        raise SpecError("bundle= replaces registry=, and needs claim=; leave the other one out")
+    if badge is not None and registry is None and (terms.trust is not None or terms.require is not None):
+        name = "trust=" if terms.trust is not None else "witness_keys="
+        raise SpecError(f"{name} is of a registry, and none is asked with badge= alone; add registry=, or leave it out")
+    if claim is not None and badge is None:
+        return claim_of_name(claim, registry, terms) if bundle is None else claim_in_bundle(claim, bundle, terms)
+    if badge is not None and claim is None:
+        return claim_of_badge(badge, registry, terms)
+    raise SpecError("give either claim=, a name or an id (with registry=), or badge=, a badge.json")
 
 
 @contextmanager
@@ -139,6 +162,15 @@ class SearchScope:
         return document, Circumstances(datetime.now(UTC), read=holder, standing=self.standing, registry=self.source)
 
 
+def people_scope(registry: Place, bundle: AnyPath | None, terms: AskingTerms) -> AbstractContextManager[SearchScope]:
+    """Everyone in a registry, or in a bundle.  Raises: SpecError where both are given."""
+    if bundle is None:
+        return people_of_registry(registry, terms)
+    if registry is not None:
+        raise SpecError("bundle= replaces registry=; leave one of them out")
+    return people_of_bundle(bundle, terms)
+
+
 @contextmanager
 def people_of_registry(registry: Place, terms: AskingTerms) -> Iterator[SearchScope]:
     """Everyone in a registry."""
@@ -171,8 +203,7 @@ def _opened(bundle: AnyPath, terms: AskingTerms) -> Iterator[Bundle]:
     from moireid.registry.bundle.held import Bundle
 
     with Bundle(as_path(bundle), terms.trust) as held:
-        terms.note(held.standing)
-        terms.require(held)
+        terms.check(held, held.standing)
         yield held
 
 
@@ -182,8 +213,7 @@ def _asked(registry: Place, terms: AskingTerms) -> Iterator[tuple[Registry, Stan
 
     with opened(registry) as held:
         standing = held.standing(terms.trust)
-        terms.note(standing)
-        terms.require(held)
+        terms.check(held, standing)
         yield held, standing
 
 
