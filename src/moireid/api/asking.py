@@ -68,7 +68,7 @@ def claim_context(
         return claim_of_name(claim, registry, terms) if bundle is None else claim_in_bundle(claim, bundle, terms)
     if badge is not None and claim is None:
         return claim_of_badge(badge, registry, terms)
-    raise SpecError("give either claim=, a name or an id (with registry=), or badge=, a badge.json")
+    raise SpecError("give either claim=, a name or an id, or badge=, a badge.json")
 
 
 @contextmanager

@@ -16,12 +16,12 @@ from types import TracebackType
 from moireid.badge import Badge
 from moireid.registry.audit import audit
 from moireid.registry.audit_findings import Audit
-from moireid.registry.batch import Batch, enter, new_records, same_or_conflict
+from moireid.registry.batch import Batch, enter, same_or_conflict
 from moireid.registry.canonical import utc_now
 from moireid.registry.changes import RegistryChanges, expiry_day
 from moireid.registry.checkpoints.checkpoint import Checkpoint
 from moireid.registry.checkpoints.cosignature import Quorum
-from moireid.registry.engine import default_url, read_url, sqlite_file
+from moireid.registry.engine import chunks, default_url, read_url, sqlite_file
 from moireid.registry.export_file import export_json
 from moireid.registry.keys import account, checked_actor, key_path, keys_folder
 from moireid.registry.ledger import Ledger, open_ledger
@@ -196,9 +196,7 @@ class Registry(RegistryChanges, PublicView):
             return same_or_conflict(record, holder)
         self._ledger.signer()
         # Looked up again under the write lock: else two processes could find the id free at once.
-        entered, held, conflict = enter(self._ledger, [record], self.actor)
-        if conflict is not None:
-            raise conflict
+        entered, held = enter(self._ledger, [record], self.actor)
         self._warn([one.name for one in entered], warned=warned)
         return [*entered, *held][0]
 
@@ -210,7 +208,7 @@ class Registry(RegistryChanges, PublicView):
         warned: bool = False,
         expires: str | None = None,
     ) -> Batch:
-        """Issue many badges, a thousand at a time.
+        """Issue many badges, five hundred at a time.
 
         Parameters
         ----------
@@ -231,7 +229,7 @@ class Registry(RegistryChanges, PublicView):
         Raises
         ------
         RegistryError
-            As `enroll`, of the first badge that cannot be issued; those before it are.
+            As `enroll`, of the first badge that cannot be issued: none of its five hundred is, and those before are.
         SpecError
             As `enroll`.
 
@@ -245,15 +243,14 @@ class Registry(RegistryChanges, PublicView):
         enrolled = unchanged = revoked = 0
         names: list[str] = []
         try:
-            for records, refusal in new_records(issued, self.shown_url, last_day):
-                new, there, conflict = enter(self._ledger, records, self.actor)
+            for some in chunks(issued):
+                records = [new_record(badge, self.shown_url, utc_now(), last_day) for badge in some]
+                new, there = enter(self._ledger, records, self.actor)
                 names += [one.name for one in new]
                 enrolled, unchanged = enrolled + len(new), unchanged + len(there)
                 revoked += sum(one.revoked_at is not None for one in there)
                 if progress:
                     progress(enrolled + unchanged, total)
-                if fault := conflict or refusal:
-                    raise fault
         finally:
             self._warn(names, warned=warned)
         return Batch(enrolled, unchanged, revoked)
