@@ -120,12 +120,10 @@ class BadgeHolder:
 
 @dataclass(frozen=True)
 class AuthorityKey:
-    """A key by which a registry's authority signs, or signed.
+    """The key by which a registry's authority signs.
 
-    fingerprint: 32 hex digits; public_hex: an Ed25519 key, 64 hex digits; until: when another one took its place, UTC,
-    ISO 8601, as the authority says; None for the present one.
+    fingerprint: 32 hex digits; public_hex: an Ed25519 key, 64 hex digits.
     """
 
     fingerprint: str
     public_hex: str
-    until: str | None = None

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +11,7 @@ import pytest
 from click.testing import CliRunner, Result
 
 from kit.registries import url_of
-from kit.signing import new_key, pem_of, public_pem_of, time_authority
+from kit.signing import new_key, pem_of, public_pem_of
 from moireid.attest import load_signing_key
 from moireid.attest.signing_keys import SigningKey
 from moireid.badge import Badge
@@ -118,26 +117,6 @@ def test_a_verdict_by_a_bundle_is_looked_up_by_the_identity_that_was_read(desk: 
     signed = desk.signed(desk.key, badge={"id": None, "name": "Ana", "line": None}, identity=read)
     done = checked(signed, "--bundle", desk.folder / "bundle", "--key", desk.folder / "pub.pem")
     assert done.exit_code == 0 and "it still counts" in done.output, done.output
-
-
-def test_a_key_that_was_replaced_signs_nothing_any_more(desk: Desk, tmp_path: Path) -> None:
-    """Catches: the authority's stolen old key, by which a thief signs after it was replaced."""
-    from moireid.attest.timestamp import ask_for_stamp
-
-    old = load_signing_key(desk.key_path)
-    with time_authority(tmp_path / "tsa") as (address, root):
-        stamped = desk.signed(old, lambda signature: ask_for_stamp(address, signature)).read_text()
-        # The clocks of both have seconds.
-        with pytest.MonkeyPatch.context() as patch, open_registry(desk.url, create=False) as registry:
-            later = f"{datetime.now() + timedelta(days=1):%Y-%m-%dT%XZ}"
-            patch.setattr("moireid.registry.log.utc_now", lambda: later)
-            registry.rotate_key()
-        forged = desk.signed(old)
-        done = checked(forged, "--registry", desk.url)
-        assert done.exit_code == 2 and "replaced at" in done.stderr, done.output
-        (desk.folder / "stamped.json").write_text(stamped)
-        done = checked(desk.folder / "stamped.json", "--registry", desk.url, "--authority", root)
-        assert done.exit_code == 0, done.output
 
 
 def test_the_signing_key_may_be_the_registry_s_by_file_as_verify_reads_it(desk: Desk) -> None:

@@ -32,7 +32,7 @@ from moireid.files import write_text
 from moireid.idcodes import specimen_of
 from moireid.registry import Registry, import_registry, open_registry
 from moireid.registry.bundle.held import Bundle
-from moireid.registry.checkpoints.sources import checkpoints_from
+from moireid.registry.checkpoints.checkpoint import read_checkpoint
 from moireid.registry.merge import checked_copy
 
 KINDS = {"error": 1, "short write": 2, "full disk": 3, "kill": 4, "torn write": 5}
@@ -87,7 +87,6 @@ OPERATIONS: dict[str, Callable[[Path], None]] = {
     "enroll_many": with_registry(lambda registry, folder: registry.enroll_many(people(badge_of("Di"), 40))),
     "revoke": with_registry(lambda registry, folder: registry.revoke("Ada", "lost")),
     "erase": with_registry(lambda registry, folder: registry.erase("Ada")),
-    "rotate_key": with_registry(lambda registry, folder: registry.rotate_key()),
     "import": imported,
     "export": with_registry(exported),
     "checkpoint": with_registry(pointed),
@@ -130,7 +129,7 @@ def state_of(folder: Path) -> tuple[Any, ...]:
             assert registry.key_path.exists(), "its private key is gone"
             found.append((seen.entries, [(one.name, one.revoked_at is not None) for one in registry.records()]))
             if (folder / "checkpoint").exists():
-                assert registry.audit(since=checkpoints_from(str(folder / "checkpoint"))).sound
+                assert registry.audit(since=[read_checkpoint(folder / "checkpoint")]).sound
     for name in FILES:
         path = folder / name
         found.append(hashlib.sha256(path.read_bytes()).hexdigest() if path.exists() else None)

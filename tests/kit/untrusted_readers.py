@@ -115,7 +115,7 @@ def read_bundle(path: Path) -> None:
     path.with_name("seen.sqlite3").unlink(missing_ok=True)
     with Bundle(path) as bundle:
         bundle.layouts()
-        bundle.authority_keys()
+        bundle.authority_key()
         bundle.holder_of("010204")
         for claim in ("Ada", "Bo", "Cy, Editor"):
             bundle.claimed(claim)

@@ -10,8 +10,8 @@ import pytest
 from kit.registries import badge_of, run, url_of
 from moireid.errors import RegistryError, SpecError
 from moireid.idcodes import specimen_of
-from moireid.registry import People, Registry, claimed, holder_of, open_registry
-from moireid.registry.bundle.held import Bundle, BundlePeople
+from moireid.registry import People, Registry, claimed, holder_of, open_registry, people_of
+from moireid.registry.bundle.held import Bundle
 
 
 @pytest.fixture
@@ -30,10 +30,10 @@ def test_a_suspended_badge_counts_for_nothing_until_it_is_reinstated(full):
     barred = claimed(full, "Zo\u00eb").barred
     assert barred and (barred.code, barred.reason) == ("suspended", "mislaid")
     holder = holder_of(full, before.id)
-    assert holder and holder.barred == barred and not People(full).holds(before.id)
+    assert holder and holder.barred == barred and not people_of(full).holds(before.id)
     assert "mislaid" in barred.text
     full.by("Eve").reinstate(before.id)
-    assert claimed(full, "Zo\u00eb").barred is None and People(full).holds(before.id)
+    assert claimed(full, "Zo\u00eb").barred is None and people_of(full).holds(before.id)
     assert full.find("Zo\u00eb") == before
     done = [(entry.action, entry.actor) for entry in full.entries(before.id, 2)]
     assert done == [("reinstate", "Eve"), ("suspend", "Bob")] and full.audit().sound
@@ -60,7 +60,7 @@ def test_a_bundle_says_it_and_is_of_no_other_version(full, tmp_path):
     with Bundle(later) as bundle:
         assert bundle.claimed("Ada").barred == claimed(full, "Ada").barred and bundle.claimed("Zo\u00eb").barred is None
         holder = bundle.holder_of(badge_of("Ada").id)
-        assert holder and holder.barred and not BundlePeople(bundle).holds(badge_of("Ada").id)
+        assert holder and holder.barred and not People(bundle.holder_of).holds(badge_of("Ada").id)
     later.write_bytes(whole.replace(b"bundle 3 ", b"bundle 4 ", 1))
     with pytest.raises(RegistryError, match="install a newer moireid"):
         Bundle(later)
@@ -88,7 +88,7 @@ def test_a_badge_counts_through_its_last_day_and_no_longer(registry, monkeypatch
     barred = ada.barred("2090-05-04")
     assert barred and (barred.code, barred.at) == ("expired", "2090-05-03") and "2090-05-03" in barred.text
     monkeypatch.setattr("moireid.registry.record.utc_now", lambda: "2090-05-04T00:00:00Z")
-    assert claimed(registry, "Ada").barred == barred and not People(registry).holds(ada.id)
+    assert claimed(registry, "Ada").barred == barred and not people_of(registry).holds(ada.id)
     holder = holder_of(registry, ada.id)
     assert holder and holder.barred == barred
     registry.suspend("Ada", "mislaid")

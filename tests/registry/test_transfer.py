@@ -129,3 +129,21 @@ def test_copies_that_both_grew_are_forks(url, full, exported, target, tmp_path):
             with pytest.raises(RegistryError) as caught:
                 registry.import_json(tmp_path / file)
             assert caught.value.details["code"] == "forked" and state_of(at) == before
+
+
+def test_records_go_on_under_a_new_key(full, tmp_path, keys):
+    """Catches: a registry whose key was lost that is lost with it; figures, revocations or erased ids left behind."""
+    full.erase("Zo\u00eb")
+    full.export_json(tmp_path / "all.json")
+    for key in keys.iterdir():
+        key.unlink()
+    new = url_of(tmp_path / "new.sqlite3")
+    assert import_registry(tmp_path / "all.json", new, new_key=True).added == 2
+    with open_registry(new, create=False) as registry:
+        assert registry.audit().sound and registry.fingerprint != full.fingerprint and registry.key_here is not None
+        same = list(registry.records())
+        assert same == list(full.records()) and {one.name for one in same} == {"Ada", "Bo"}
+        with pytest.raises(RegistryError, match="was erased"):
+            registry.enroll(badge_of("Zo\u00eb"))
+    with pytest.raises(RegistryError, match="is not empty"):
+        import_registry(tmp_path / "all.json", new, new_key=True)

@@ -6,18 +6,9 @@ is forked from a small program of its own, not from this one, so notebooks, thre
 
 from __future__ import annotations
 
-from contextlib import AbstractContextManager
 from dataclasses import replace
 
-from moireid.api.asking import (
-    AskingTerms,
-    ClaimContext,
-    claim_in_bundle,
-    claim_of_badge,
-    claim_of_name,
-    people_of_bundle,
-    people_of_registry,
-)
+from moireid.api.asking import AskingTerms, claim_context, people_scope
 from moireid.api.film_check import FilmCheck, judge
 from moireid.api.places import Place, warn_of
 from moireid.arguments import checked
@@ -115,7 +106,7 @@ def verify(
     Source: `moireid.verifier.verify`.
     """
     video, known = as_path(film), _camera(camera)
-    claimed = _claimed(claim, badge, registry, bundle, trust)
+    claimed = claim_context(claim, badge, registry, bundle, AskingTerms(trust, warn_of))
     with film_reader([video], unsealed=unsealed) as reader, claimed as (found, look_up):
         question = replace(
             found,
@@ -127,22 +118,6 @@ def verify(
             overlap=overlap,
         )
         return judge(video, question, look_up, reader, progress or _quiet, pictures=pictures)
-
-
-def _claimed(
-    claim: str | None, badge: Badge | AnyPath | None, registry: Place, bundle: AnyPath | None, trust: str | None
-) -> AbstractContextManager[ClaimContext]:
-    """Where the claimed badge is looked up.  Raises: SpecError unless there is one claim and one place."""
-    if bundle is not None and (registry is not None or claim is None):
-        raise SpecError("bundle replaces registry, and needs claim; leave the other one out")
-    if trust is not None and registry is None and claim is None:
-        raise SpecError("trust is of a registry, and none is asked with badge alone; add registry, or leave it out")
-    terms = AskingTerms(trust, warn_of)
-    if claim is not None and badge is None:
-        return claim_of_name(claim, registry, terms) if bundle is None else claim_in_bundle(claim, bundle, terms)
-    if badge is not None and claim is None:
-        return claim_of_badge(badge, registry, terms)
-    raise SpecError("give either claim, a name or an id, or badge, a Badge or the path of its badge.json")
 
 
 @checked()
@@ -186,10 +161,8 @@ def identify(
     Source: `moireid.verifier.identify`.
     """
     video = as_path(film)
-    if bundle is not None and registry is not None:
-        raise SpecError("bundle replaces registry; leave one of them out")
     known, terms = _camera(camera), AskingTerms(trust, warn_of)
-    people = people_of_registry(registry, terms) if bundle is None else people_of_bundle(bundle, terms)
+    people = people_scope(registry, bundle, terms)
     with film_reader([video], unsealed=unsealed) as reader, people as scope:
         return FilmCheck(*scope.search(video, known, track, reader, progress or _quiet), Pictures())
 

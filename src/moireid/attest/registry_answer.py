@@ -30,7 +30,7 @@ def badge_of(report: dict[str, Any]) -> str | None:
     return found
 
 
-def held_against(found: CheckResult, holder: BadgeHolder, keys: tuple[AuthorityKey, ...]) -> CheckResult:
+def held_against(found: CheckResult, holder: BadgeHolder, authority: AuthorityKey) -> CheckResult:
     """Compare a verdict with what a registry says at present.
 
     Parameters
@@ -39,14 +39,14 @@ def held_against(found: CheckResult, holder: BadgeHolder, keys: tuple[AuthorityK
         What `check` found.
     holder : BadgeHolder
         Of its badge, by the registry or a bundle of it.
-    keys : tuple of AuthorityKey
-        Of the authority that says so, the present one first.
+    authority : AuthorityKey
+        Of the authority that says so.
 
     Returns
     -------
     CheckResult
         With a fault where name, line or authority are others, where nothing proves that the verdict is older than the
-        badge's revocation, and, if nothing else says whom to expect, where no key of the authority signed it.
+        badge's revocation, and, if nothing else says whom to expect, where the authority's key did not sign it.
 
     Notes
     -----
@@ -55,12 +55,14 @@ def held_against(found: CheckResult, holder: BadgeHolder, keys: tuple[AuthorityK
     """
     if found.report is None or found.opened is None:
         return replace(found, asked=True)
-    faults = [*found.faults, *_record_faults(found.report, holder, keys)]
+    faults = [*found.faults, *_record_faults(found.report, holder, authority)]
     expected = found.expected
     if not expected:
         expected = ("registry",)
-        fault = _signer_fault(fingerprint(found.opened.key), keys, found.stamp)
-        faults += [Broken("key", fault)] if fault else []
+        own, signed_by = Ed25519PublicKey.from_public_bytes(bytes.fromhex(authority.public_hex)), found.opened.key
+        if fingerprint(own) != fingerprint(signed_by):
+            text = f"Key {fingerprint(signed_by)[:16]}… signed it, which is no key of the registry's authority."
+            faults.append(Broken("key", text))
     barred = holder.barred
     if barred is not None and not _stamped_before(found.stamp, bound := _counted_until(barred)):
         what = f"was {barred.code}" if barred.code != "expired" else "expired"
@@ -73,7 +75,7 @@ def held_against(found: CheckResult, holder: BadgeHolder, keys: tuple[AuthorityK
     return replace(found, faults=tuple(faults), expected=expected, asked=True, barred=barred)
 
 
-def _record_faults(report: dict[str, Any], holder: BadgeHolder, keys: tuple[AuthorityKey, ...]) -> list[Broken]:
+def _record_faults(report: dict[str, Any], holder: BadgeHolder, authority: AuthorityKey) -> list[Broken]:
     """Where a report says something else of its badge than the registry."""
     badge, faults = report["badge"], []
     if not holder.erased and not _same(badge["name"], holder.name):
@@ -90,7 +92,7 @@ def _record_faults(report: dict[str, Any], holder: BadgeHolder, keys: tuple[Auth
             "with --claim and --registry or --bundle."
         )
         faults.append(Broken("registry", words))
-    elif asked["fingerprint"] not in [key.fingerprint for key in keys]:
+    elif asked["fingerprint"] != authority.fingerprint:
         words = f"The badge was looked up at authority {asked['fingerprint']}, and this is another registry."
         faults.append(Broken("registry", words))
     return faults
@@ -98,23 +100,6 @@ def _record_faults(report: dict[str, Any], holder: BadgeHolder, keys: tuple[Auth
 
 def _same(one: str, other: str) -> bool:
     return unicodedata.normalize("NFC", one).strip() == unicodedata.normalize("NFC", other).strip()
-
-
-def _signer_fault(signed_by: str, keys: tuple[AuthorityKey, ...], stamp: Stamp | None) -> str | None:
-    """Why a key is not the authority's, in a sentence; None where it is.
-
-    A key that was replaced may be in other hands, so what it signed counts only if it was stamped before.
-    """
-    for key in keys:
-        if fingerprint(Ed25519PublicKey.from_public_bytes(bytes.fromhex(key.public_hex))) != signed_by:
-            continue
-        if key.until is None or _stamped_before(stamp, _moment(key.until)):
-            return None
-        return (
-            f"It was signed by a key that the registry's authority replaced at {key.until}, and no time stamp of a "
-            "known authority shows that it was signed before."
-        )
-    return f"Key {signed_by[:16]}… signed it, which is no key of the registry's authority."
 
 
 def _stamped_before(stamp: Stamp | None, bound: datetime) -> bool:

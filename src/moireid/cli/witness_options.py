@@ -6,6 +6,7 @@ import functools
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -28,7 +29,7 @@ quorum_option = click.option(
 )
 checkpoint_option = click.option(
     "--checkpoint",
-    metavar="FILE|URL",
+    type=click.Path(path_type=Path),
     help="The registry's newest checkpoint, which the witnesses of --witness-key signed; a bundle holds its own.",
 )
 
@@ -46,7 +47,7 @@ def quorum_of(witness_keys: tuple[str, ...]) -> Quorum | None:
 class WitnessCheck:
     """A checkpoint, and the witnesses that must have signed it; source: None for the one that a bundle holds."""
 
-    source: str | None
+    source: Path | None
     quorum: Quorum
 
     @cached_property
@@ -55,12 +56,12 @@ class WitnessCheck:
         return self.newest()
 
     def newest(self) -> Checkpoint:
-        """The checkpoint as it is now.  Raises: RegistryError, SpecError if there is none, or several."""
-        from moireid.registry.checkpoints.sources import one_checkpoint_from
+        """The checkpoint as it is now.  Raises: RegistryError, SpecError if there is none."""
+        from moireid.registry.checkpoints.checkpoint import read_checkpoint
 
         if self.source is None:
-            raise SpecError("--witness-key needs what the witnesses signed; add --checkpoint FILE|URL")
-        return one_checkpoint_from(self.source)
+            raise SpecError("--witness-key needs what the witnesses signed; add --checkpoint FILE")
+        return read_checkpoint(self.source)
 
     def require(self, held: Registry | Bundle) -> None:
         """Rely only on what they have seen of a registry.  Raises: RegistryError if that is not possible."""
@@ -69,7 +70,7 @@ class WitnessCheck:
         if isinstance(held, Bundle):
             held.require_witnesses(self.quorum)
         else:
-            held.require_witnesses(self._checkpoint, self.quorum, self.source or "")
+            held.require_witnesses(self._checkpoint, self.quorum, str(self.source))
 
 
 def require(check: WitnessCheck | None, held: Registry | Bundle) -> None:
@@ -84,7 +85,7 @@ def witness_check(command: Callable[..., Any]) -> Callable[..., Any]:
     @functools.wraps(command)
     def wrapped(
         *args: Any,
-        checkpoint: str | None,
+        checkpoint: Path | None,
         witness_keys: tuple[str, ...],
         **given: Any,
     ) -> Any:
@@ -94,7 +95,7 @@ def witness_check(command: Callable[..., Any]) -> Callable[..., Any]:
             return command(*args, witness_check=None, **given)
         bundled = given.get("bundle_path") is not None
         if checkpoint is None and not bundled:
-            raise SpecError("--witness-key needs what the witnesses signed; add --checkpoint FILE|URL")
+            raise SpecError("--witness-key needs what the witnesses signed; add --checkpoint FILE")
         if checkpoint is not None and bundled:
             raise SpecError("a bundle holds its own checkpoint; leave one of --bundle and --checkpoint out")
         return command(*args, witness_check=WitnessCheck(checkpoint, quorum), **given)

@@ -7,7 +7,7 @@ keys.py         the authority's key pair, signatures by kind of thing signed, an
 canonical.py    documents as bytes: one spelling for signing, compressed for storing
 record.py       the Record, its signed text, and the check of its signature on reading
 merkle.py       the Merkle tree of RFC 6962: roots, and proofs of consistency
-log.py          the log's entries, the head, and changes of key
+log.py          the log's entries, and the head
 log_tree.py     the tree over the log: its root, proofs, and entries checked against it
 schema.py       the tables and their queries
 seen.py         which authority and which head this user saw last
@@ -25,7 +25,6 @@ batch.py        many badges at once
 opening.py      makes the tables, and checks them
 export_file.py  the export, a JSON file with records, log and public key: written, and read in little memory
 merge.py        import: checks an export and merges it into a registry
-rotate.py       changes the authority's key
 audit.py        checks the whole log and all records; lists what an audit cannot find
 audit_findings.py  what it finds, and its counts
 checkpoints/    signed checkpoints that others keep, and signatures of witnesses on them
@@ -35,7 +34,7 @@ bundle/         what a verifier needs, in one signed file
 from moireid.provenance import BadgeHolder
 from moireid.registry.audit_findings import Audit, Finding
 from moireid.registry.batch import Batch
-from moireid.registry.claimed import People, claimed, claimed_by_file, holder_of
+from moireid.registry.claimed import People, claimed, claimed_by_file, holder_of, people_of
 from moireid.registry.engine import default_url
 from moireid.registry.look_alikes import LookAlikeWarning
 from moireid.registry.merge import Import
@@ -58,4 +57,5 @@ __all__ = [
     "holder_of",
     "import_registry",
     "open_registry",
+    "people_of",
 ]

@@ -1,7 +1,7 @@
 """The audit: the whole log and all records, checked against each other and against the authority's key.
 
 1. The log: the entries are numbered without a gap, the hash of each is that of its content, and it bears the signature
-   of the key that the authority had then; a change of key bears those of both.  The tree over them is computed anew.
+   of the authority.  The tree over them is computed anew.
 2. The head is signed and is the root of that tree; the log still begins as the checkpoints that others keep say; if
    witnesses must have signed one of those, enough did.
 3. Each record bears the signature, and is the newest version in the log; none is without an entry.
@@ -11,14 +11,14 @@
 6. The actor of each entry is in the table `actors` as the entry's commitment says, unless an entry says that they were
    erased.
 
-7. The log goes on from the head that this user saw last, under the same key, or one that followed it.
+7. The log goes on from the head that this user saw last, under the same key.
 
 What it cannot find by itself:
 - the whole registry, head included, put back to a state that is earlier, and later than all that this user saw: it was
   sound then.  A checkpoint that another person keeps shows it.
 - a whole registry made anew under another key, of which this user saw nothing before.  The first entry names the key,
   so a checkpoint, or the fingerprint, shows it.
-- actions by a person who has the private key: they can enroll, revoke and change the key in the authority's name.  If
+- actions by a person who has the private key: they can enroll and revoke in the authority's name.  If
   no one keeps a checkpoint, they can even rewrite the log from its first entry on.
 """
 
@@ -34,7 +34,7 @@ from moireid.registry.audit_findings import Audit, Tally
 from moireid.registry.checkpoints.checkpoint import Checkpoint
 from moireid.registry.checkpoints.cosignature import Quorum
 from moireid.registry.engine import AnyRow, AnySelect
-from moireid.registry.keys import Authority, commitment
+from moireid.registry.keys import commitment
 from moireid.registry.ledger import Ledger
 from moireid.registry.log import (
     ERASE,
@@ -42,7 +42,6 @@ from moireid.registry.log import (
     REFINED,
     REPLACED,
     Head,
-    authority_after,
     check_entry,
     check_head,
     leaf_of,
@@ -65,11 +64,9 @@ def audit(
     with ledger.unchecked().snapshot() as connection:
         check_tables(connection, ledger.shown)
     refused, ledger = _refused(ledger), ledger.unchecked()
-    former = _former(ledger)
-    keys = {one.fingerprint: one for one in (*former, ledger.authority)}
-    kept = [one for one in since if one.fingerprint in keys]
+    kept = [one for one in since if one.fingerprint == ledger.authority.fingerprint]
     for one in kept:
-        one.check(keys[one.fingerprint], f"of {one.date}")
+        one.check(ledger.authority, f"of {one.date}")
     counts = (select(func.count()).select_from(table).scalar_subquery() for table in (badges, log))
     tally = Tally(progress, sum(ledger.rows(select(*counts))[0]))
     if refused is not None:
@@ -84,7 +81,7 @@ def audit(
             tally.report("key_replaced", text)
     roots = dict.fromkeys([one.size for one in kept], "")
     with ledger.snapshot() as connection:
-        head = _audit_log(ledger, connection, roots, tally, former[0] if former else ledger.authority)
+        head = _audit_log(ledger, connection, roots, tally)
         _audit_kept(kept, roots, head, tally)
         who = _audit_actors(connection, tally)
         _audit_records(ledger, connection, tally)
@@ -146,10 +143,8 @@ def _audit_kept(kept: Sequence[Checkpoint], roots: Mapping[int, str], head: Head
             )
 
 
-def _audit_log(
-    ledger: Ledger, connection: Connection, roots: dict[int, str], tally: Tally, then: Authority
-) -> Head | None:
-    """Check the log from its first entry on, under whose key it begins: `then`.
+def _audit_log(ledger: Ledger, connection: Connection, roots: dict[int, str], tally: Tally) -> Head | None:
+    """Check the log from its first entry on.
 
     Parameters: roots: by the numbers of entries over which they are asked for; they are put in.
     Returns: the head, or None if the head is not valid.
@@ -163,8 +158,7 @@ def _audit_log(
         if tree.size in roots:
             roots[tree.size] = tree.root().hex()
         try:
-            check_entry(row, last, then)
-            then = authority_after(row, then)
+            check_entry(row, last, ledger.authority)
         except Fault as fault:
             tally.report(fault.code, fault.text, row.seq)
         # Go on from this entry's own number, so that one fault gives only one finding.
@@ -174,8 +168,6 @@ def _audit_log(
         if row.action in ("enroll", "import") and row.holder is None and not row.erased:
             text = f"log entry {row.seq} enters id {row.subject}, but it has no record"
             tally.report("record_missing", text, row.subject)
-    if then.public_hex != ledger.authority.public_hex:
-        tally.report("rotation", f"the log ends under authority {then.fingerprint}, which is not the registry's")
     try:
         return _check_end(ledger, connection, last, tree)
     except Fault as fault:
@@ -226,14 +218,6 @@ def _audit_actors(connection: Connection, tally: Tally) -> dict[str, int]:
         elif who not in tally.gone:
             tally.report("actor_missing", f"the actor of {entries} log entries is missing, and was not erased", who)
     return named
-
-
-def _former(ledger: Ledger) -> list[Authority]:
-    """The authority's earlier keys; none if one of them is not proven, which the check of the log then reports."""
-    try:
-        return [one.old for one in ledger.rotations()]
-    except RegistryError:
-        return []
 
 
 def _audit_records(ledger: Ledger, connection: Connection, tally: Tally) -> None:

@@ -1,19 +1,14 @@
-"""Many badges at once: a thousand to a transaction."""
+"""Many badges at once, in one transaction."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
-from moireid.badge import Badge
-from moireid.errors import MoireIdError, RegistryError
-from moireid.registry.canonical import utc_now
-from moireid.registry.ledger import Ledger, erased_among, erased_id
-from moireid.registry.record import Record, new_record
+from moireid.errors import RegistryError
+from moireid.registry.ledger import Ledger
+from moireid.registry.record import Record
 from moireid.registry.schema import badges, select_records
-
-#: Records to a transaction: others who want to write wait for about half a second.
-CHUNK = 1000
 
 
 @dataclass(frozen=True)
@@ -61,50 +56,21 @@ def same_or_conflict(record: Record, holder: Record) -> Record:
     )
 
 
-def new_records(
-    issued: Iterable[Badge], shown: str, expires: str | None
-) -> Iterator[tuple[list[Record], MoireIdError | None]]:
-    """Records in chunks; the last chunk ends before the first badge that cannot be issued, and has the reason."""
-    records: list[Record] = []
-    for badge in issued:
-        try:
-            records.append(new_record(badge, shown, utc_now(), expires))
-        except MoireIdError as refusal:
-            yield records, refusal
-            return
-        if len(records) == CHUNK:
-            yield records, None
-            records = []
-    yield records, None
+def enter(ledger: Ledger, records: Sequence[Record], actor: str) -> tuple[list[Record], list[Record]]:
+    """Enter those records that are new, all of them or none.
 
-
-def enter(
-    ledger: Ledger, records: Sequence[Record], actor: str
-) -> tuple[list[Record], list[Record], RegistryError | None]:
-    """Enter those records that are new, up to the first conflict.
-
-    Returns: those entered, as they are stored, the records that were there, and the conflict or None.
+    Returns: those entered, as they are stored, and the records that were there.
+    Raises: RegistryError for the first that cannot be issued.
     """
-    if not records:
-        return [], [], None
     new: list[Record] = []
     there: list[Record] = []
-    conflict = None
     with ledger.writing(actor) as transaction:
         ids = [record.id for record in records]
         holders = {holder.id: holder for holder in transaction.records(select_records().where(badges.c.id.in_(ids)))}
-        erased = set(erased_among(transaction.connection, ids))
         for record in records:
-            if record.id in erased:
-                conflict = erased_id(record.id)
-                break
             holder = holders.setdefault(record.id, record)
             if holder is record:
                 new.append(record)
-                continue
-            try:
+            else:
                 there.append(same_or_conflict(record, holder))
-            except RegistryError as error:
-                conflict = error
-                break
-        return transaction.enter(new, "enroll"), there, conflict
+        return transaction.enter(new, "enroll"), there

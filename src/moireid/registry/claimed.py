@@ -6,8 +6,9 @@ The command line and the studio both use this, so that a claim has the same mean
 from __future__ import annotations
 
 import unicodedata
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 
 from moireid.asbuilt import as_built_from_json, dated_figures
 from moireid.badge import Badge
@@ -144,15 +145,19 @@ def _alike(registry: Registry, name: str) -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class People:
-    """A registry as identification sees it.
+    """A registry, or a bundle of it, as identification sees it.
 
     Parameters
     ----------
-    registry : Registry
-        An open registry.
+    holder : callable
+        From an id, hex digits of any case, to its `BadgeHolder`, revoked or not, or None.
+    alike : callable
+        From parts of an id to the ids, revoked or not, that agree with one of them, as `Registry.ids_alike`; by default
+        to none, as an id of which only a part was read correctly opens no seal of a bundle.
     """
 
-    registry: Registry
+    holder: Callable[[str], BadgeHolder | None]
+    alike: Callable[[Mapping[int, str]], list[str]] = lambda parts: []
 
     def holds(self, badge_id: str) -> bool:
         """Check whether an id is enrolled, and its badge counts at present.
@@ -170,28 +175,10 @@ class People:
         Raises
         ------
         RegistryError
-            As `Registry.check_newest`.
+            As `holder_of`.
         """
-        found = self.registry.by_id(badge_id)
-        if found is None or found.barred() is not None:
-            return False
-        self.registry.check_newest(found)
-        return True
-
-    def alike(self, parts: Mapping[int, str]) -> list[str]:
-        """Find the ids, revoked or not, that agree with one of these parts.
-
-        Parameters
-        ----------
-        parts : mapping of int to str
-            Place 0 to 3 to the four lower-case hex digits there.
-
-        Returns
-        -------
-        list of str
-            As `Registry.ids_alike`.
-        """
-        return self.registry.ids_alike(parts)
+        found = self.holder(badge_id)
+        return found is not None and found.barred is None
 
     def name(self, badge_id: str | None) -> str | None:
         """Look up the name of the person who holds an id.
@@ -206,5 +193,10 @@ class People:
         str or None
             The name; None if no one holds it.
         """
-        record = self.registry.by_id(badge_id) if badge_id else None
-        return record.name if record else None
+        found = self.holder(badge_id) if badge_id else None
+        return found.name if found else None
+
+
+def people_of(registry: Registry) -> People:
+    """Everyone in a registry."""
+    return People(partial(holder_of, registry), registry.ids_alike)

@@ -22,7 +22,7 @@ from moireid.registry.canonical import canonical_json, pack
 from moireid.registry.engine import AnyRow, chunks, sqlite_file, translated, writing
 from moireid.registry.keys import Authority
 from moireid.registry.ledger import Ledger
-from moireid.registry.log import authority_after, check_entry, leaf_of
+from moireid.registry.log import check_entry, leaf_of
 from moireid.registry.look_alikes import folded_skeleton, skeleton
 from moireid.registry.merkle import Tree
 from moireid.registry.record import DOCUMENTS, Fault, record_of
@@ -69,13 +69,10 @@ def _lines(ledger: Ledger, connection: Connection) -> Iterator[tuple[str, bool]]
     for number, row in enumerate(pages(connection, select(actors), actors.c.commitment)):
         yield f"{',' if number else ''}{canonical_json(dict(row._mapping))}\n", False
     yield LOG, False
-    former = ledger.rotations(connection)
-    tree, then = Tree(), former[0].old if former else ledger.authority
-    stale = set[str]()
+    tree, stale = Tree(), set[str]()
     for row in pages(connection, select(log), log.c.seq):
         yield f"{',' if tree.size else ''}{canonical_json(dict(row._mapping))}\n", False
-        tree.add(leaf_of(check_entry(row, tree.size, then)))
-        then = authority_after(row, then)
+        tree.add(leaf_of(check_entry(row, tree.size, ledger.authority)))
         # The database's index may hide the newest entry, by which a record was compared.
         if row.subject in written:
             (stale.discard if row.record_sha256 == written[row.subject] else stale.add)(row.subject)

@@ -10,9 +10,8 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from copy import copy
 from dataclasses import replace
-from typing import Any
 
-from sqlalchemy import Connection, Engine, and_, delete, insert, select, update
+from sqlalchemy import Connection, Engine, delete, insert, select, update
 from sqlalchemy.engine import URL
 
 from moireid.errors import RegistryError
@@ -33,20 +32,16 @@ from moireid.registry.keys import Authority, Signer, actor_row, key_of, new_salt
 from moireid.registry.log import (
     ERASE,
     NO_RECORD,
-    ROTATED,
     Head,
-    Rotation,
     check_head,
     head_row,
     leaf_of,
-    linked,
     next_rows,
-    rotation_of,
 )
 from moireid.registry.log_tree import LogTree
 from moireid.registry.opening import prepare
 from moireid.registry.record import Fault, Record, record_of, tampered
-from moireid.registry.rollback import LogState, check_successors, compared, standing_of
+from moireid.registry.rollback import LogState, compared, standing_of
 from moireid.registry.seen import Memory, recall, remember
 
 
@@ -152,8 +147,7 @@ class Ledger:
     def _state(self, connection: Connection) -> LogState:
         """Its state in a transaction.  Raises: RegistryError if the head is not as signed."""
         tree = self.tree_in(connection)
-        turned = self.rotations(connection)
-        return LogState(self.called, self.place, self.authority, tree.head, turned, tree.leads_from)
+        return LogState(self.called, self.place, self.authority.fingerprint, tree.head, tree.leads_from)
 
     def remember(self) -> None:
         """Remember its present state, whatever was seen at this place before: it was made here."""
@@ -161,8 +155,7 @@ class Ledger:
             self._keep(self._state(connection))
 
     def _keep(self, state: LogState) -> None:
-        keys = [state.authority.fingerprint, *(one.old.fingerprint for one in state.turned)]
-        self.remembered = remember(state.place, keys, state.head, state.turned)
+        self.remembered = remember(state.place, state.fingerprint, state.head)
 
     def rows(self, query: AnySelect) -> list[AnyRow]:
         """All rows of a query, in a transaction of its own."""
@@ -196,21 +189,6 @@ class Ledger:
             head = check_head(row, None if last is None else last.seq, self.authority)
             self._tree = tree = LogTree(connection, head, self._tree)
         return tree
-
-    def rotations(self, connection: Connection | None = None) -> list[Rotation]:
-        """All changes of the authority's key, oldest first, each signed by the key before and the one after.
-
-        Parameters: connection: of a snapshot, in which they are looked up.
-        Raises: RegistryError if one of them is not valid, or the last one is not to this registry's key.
-        """
-        rows = self.rows(select_rotations()) if connection is None else connection.execute(select_rotations())
-        with self.reported():
-            return linked([rotation_of(dict(row._mapping)) for row in rows], self.authority)
-
-    def keys(self, connection: Connection) -> dict[str, Authority]:
-        """The authority's keys, present and former, by fingerprint.  Raises: RegistryError as `rotations`."""
-        former = [one.old for one in self.rotations(connection)]
-        return {one.fingerprint: one for one in (*former, self.authority)}
 
     @contextmanager
     def snapshot(self) -> Iterator[Connection]:
@@ -264,13 +242,11 @@ class Ledger:
             if not older:
                 compared(self._state(connection), memory, self.trust)
             yield transaction
-            if transaction.successor is not None:
-                after.adopt(transaction.successor)
             state = after._state(connection)
             if transaction.signed not in (None, state.head):
                 raise Fault("head_hash", "the database did not keep the head that was signed")
             compared(state, memory, self.trust)
-        self._committed(state)
+        self._keep(state)
 
     @contextmanager
     def clearing(self, successor: Authority) -> Iterator[Connection]:
@@ -295,14 +271,7 @@ class Ledger:
                 connection.execute(delete(table))
             yield connection
             state = after._state(connection)
-            # Else a thief's export, signed by a former key, would replace what was seen of its change.
-            check_successors(state, recall(self.place), named=False)
-        self._committed(state)
-
-    def _committed(self, state: LogState) -> None:
-        """Go by the key of a state that was committed, and remember it."""
-        if not self.has_authority or self.authority.public_hex != state.authority.public_hex:
-            self.adopt(state.authority.public_hex)
+        self.adopt(successor.public_hex)
         self._keep(state)
 
     def _other_authority(self) -> RegistryError:
@@ -324,8 +293,6 @@ class Transaction:
         self.growing = tree.tree.copy()
         #: The last head that was signed here.
         self.signed: Head | None = None
-        #: The public key by which the registry goes on, if that is another one.
-        self.successor: str | None = None
         self._actor = actor
 
     def records(self, query: AnySelect) -> list[Record]:
@@ -359,20 +326,17 @@ class Transaction:
         self._log([(action, subject, NO_RECORD)])
 
     def _log(self, done: list[tuple[str, str, str]]) -> None:
-        signer = self.ledger.signer()
-        self.append(next_rows(signer, self.growing.size, done, self.committed()), signer)
-
-    def append(self, rows: list[dict[str, Any]], signer: Signer, **values: str) -> Head:
-        """Add entries to the log, and move the head, which `signer` signs; values: other columns of `authority`.
+        """Add an entry for each (action, subject, SHA-256 of the record) to the log, and move the head.
 
         The head is over the entries as they are here, not as the database gives them back, which could be others.
         """
+        signer = self.ledger.signer()
+        rows = next_rows(signer, self.growing.size, done, self.committed())
         self.connection.execute(insert(schema.log), rows)
         for row in rows:
             self.growing.add(leaf_of(row["hash"]))
         self.signed = head = Head(self.growing.size, self.growing.root().hex())
-        self.connection.execute(update(schema.authority).values(head_row(signer, head) | values))
-        return head
+        self.connection.execute(update(schema.authority).values(head_row(signer, head)))
 
     def committed(self) -> str:
         """The actor as the log holds them, with a salt of their own from their first entry on."""
@@ -407,13 +371,6 @@ def erased_id(badge_id: str) -> RegistryError:
         code="erased",
         id=badge_id,
     )
-
-
-def select_rotations() -> AnySelect:
-    """The log's entries that gave it another key, in order."""
-    # The sign after the colon ends the range, so that the index serves it.
-    begins = and_(schema.log.c.subject >= ROTATED, schema.log.c.subject < ROTATED[:-1] + ";")
-    return select(schema.log).where(begins).order_by(schema.log.c.seq)
 
 
 def _look_for_file(url: URL, *, create: bool) -> None:

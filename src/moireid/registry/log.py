@@ -8,20 +8,16 @@ The table `authority` holds the head; every writer locks that row first, so writ
 An entry names its actor by a salted commitment (`keys.py`).  What an entry says of a record is the hash of its signed
 text, which holds a salt too: so a record and an actor can be erased, and the tree stays as it is.
 
-An entry "rotate" gives the log another key: it names the old key and the new one, and is signed by both.  The entries
-before it stay as they are, signed by the old key.
-
 If a whole registry is put back to an earlier state, only a head that was noted elsewhere shows it.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from moireid.provenance import AuthorityKey
 from moireid.registry.canonical import canonical_json, sha256_hex, utc_now
 from moireid.registry.engine import AnyRow
 from moireid.registry.keys import ENTRY, ENTRY_TEXT, ROOT, Authority, Signer
@@ -37,8 +33,6 @@ ERASE, ERASE_ACTOR = "erase", "erase_actor"
 REPLACED, REFINED = "as_built_replaced", "as_built_refined"
 #: Used as the hash of a record that no longer exists.
 NO_RECORD = "0" * 64
-#: The action of an entry that gives the log another key, and how its subject begins, as no id does.
-ROTATE, ROTATED = "rotate", "key:"
 
 
 @dataclass(frozen=True)
@@ -58,20 +52,6 @@ class Head:
         if match is None:
             raise ValueError(f"{text[:80]!r} is no head of a log")
         return cls(int(match[1]), match[2])
-
-
-@dataclass(frozen=True)
-class Rotation:
-    """A change of the authority's key that both keys signed: the entry's number and hash, the old key and the new one.
-
-    time: UTC, ISO 8601, as the entry states it.
-    """
-
-    seq: int
-    hash: str
-    old: Authority
-    new: Authority
-    time: str
 
 
 def entry_hash(entry: Mapping[str, Any]) -> str:
@@ -126,49 +106,6 @@ def key_digest(authority: Authority) -> str:
     return sha256_hex(bytes.fromhex(authority.public_hex))
 
 
-def rotation_row(old: Signer, new: Signer, size: int, actor: str) -> dict[str, Any]:
-    """The row of `log`, after its first `size` entries, that gives it another key."""
-    subject = f"{ROTATED}{old.authority.public_hex}:{new.authority.public_hex}"
-    (row,) = next_rows(old, size, [(ROTATE, subject, key_digest(new.authority))], actor)
-    return row | {"signature": row["signature"] + new.sign(ENTRY, row["hash"].encode())}
-
-
-def rotation_of(entry: Mapping[str, Any]) -> Rotation:
-    """The change of key that an entry makes, both signatures checked.  Raises: Fault if they do not hold."""
-    try:
-        old, new = map(Authority, str(entry["subject"]).removeprefix(ROTATED).split(":"))
-        right, signature = entry_hash(entry), str(entry["signature"])
-        if entry["hash"] != right or entry["record_sha256"] != key_digest(new) or entry["action"] != ROTATE:
-            raise ValueError("it was changed")
-    except (TypeError, ValueError) as error:
-        raise Fault("rotation", f"log entry {entry['seq']} changes the authority's key, and is damaged") from error
-    content, half = right.encode(), len(signature) // 2
-    if not (old.signed(ENTRY, content, signature[:half]) and new.signed(ENTRY, content, signature[half:])):
-        text = f"log entry {entry['seq']} changes the authority's key, and does not bear the signatures of both keys"
-        raise Fault("rotation", text)
-    return Rotation(int(entry["seq"]), right, old, new, str(entry["time"]))
-
-
-def authority_after(entry: AnyRow, then: Authority) -> Authority:
-    """Whose key signs the next entry; then: whose signed this one, which was checked."""
-    return rotation_of(dict(entry._mapping)).new if entry.action == ROTATE else then
-
-
-def linked(rotations: Sequence[Rotation], authority: Authority) -> list[Rotation]:
-    """The rotations, if each goes on from the one before, and the last one leads to `authority`.  Raises: Fault."""
-    follows = [one.old for one in rotations[1:]] + [authority]
-    for one, after in zip(rotations, follows, strict=bool(rotations)):
-        if one.new.public_hex != after.public_hex:
-            raise Fault("rotation", f"log entry {one.seq} gives the log a key that is not the one after it")
-    return list(rotations)
-
-
-def authority_keys(authority: Authority, rotations: Sequence[Rotation]) -> tuple[AuthorityKey, ...]:
-    """The present key of a log, then those that it replaced."""
-    former = [AuthorityKey(one.old.fingerprint, one.old.public_hex, one.time) for one in rotations]
-    return (AuthorityKey(authority.fingerprint, authority.public_hex), *former)
-
-
 def check_entry(entry: AnyRow, before: int, authority: Authority) -> str:
     """Check an entry that must follow entry number `before`, and its signature; returns its hash.
 
@@ -202,12 +139,9 @@ def check_hash(row: Mapping[str, Any]) -> str:
 
 def check_signed(row: Mapping[str, Any], authority: Authority) -> str:
     """Check an entry by itself; returns its hash.  Raises: Fault if its hash or signature is wrong."""
-    what, right = f"log entry {row['seq']}", check_hash(row)
-    if row["action"] == ROTATE:
-        if rotation_of(row).old.public_hex != authority.public_hex:
-            raise Fault("rotation", f"{what} takes the key from another authority than this log's")
-    elif not authority.signed(ENTRY, right.encode(), row["signature"]):
-        raise Fault("entry_signature", f"{what} does not bear the authority's signature")
+    right = check_hash(row)
+    if not authority.signed(ENTRY, right.encode(), row["signature"]):
+        raise Fault("entry_signature", f"log entry {row['seq']} does not bear the authority's signature")
     return right
 
 

@@ -6,33 +6,36 @@
    - the registry has no authority, or nothing in it but its own first entry: it becomes a copy of the export, with the
      export's authority and signatures.  Without the private key it can be read, and no more.
    - the export's log is a part of the registry's: there is nothing to do.
-   - the registry's log is a part of the export's: the entries that follow and their records are taken as signed; all
-     records, if the authority has changed its key since.
+   - the registry's log is a part of the export's: it becomes a copy, too.
    Else both have grown on their own, and one of them is a fork: nothing is imported.
 A person who was erased in the export is erased in the registry afterwards.
+
+Where the authority's key was lost, or is in other hands, `sign_anew` enters the records into an empty registry under
+its own key.  Readers must be given its fingerprint: they have no proof that it follows the other one.
 """
 
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
-from sqlalchemy import Column, ColumnElement, Connection, Table, delete, func, insert, select
+from sqlalchemy import Connection, delete, func, insert, select
 from sqlalchemy.engine import URL
 
 from moireid.errors import RegistryError
-from moireid.registry import schema
 from moireid.registry.audit import audit
 from moireid.registry.engine import chunks, clean
 from moireid.registry.export_file import load
 from moireid.registry.keys import account
-from moireid.registry.ledger import Ledger, Transaction, open_ledger
+from moireid.registry.ledger import Ledger, open_ledger
 from moireid.registry.log import ERASE
-from moireid.registry.schema import actors, badges, log, pages
+from moireid.registry.schema import actors, authority, badges, log, pages, select_records
+
+#: The tables of which a copy is made, and the key of each.
+COPIED = ((badges, badges.c.id), (log, log.c.seq), (actors, actors.c.commitment), (authority, authority.c.one))
 
 
 @dataclass(frozen=True)
@@ -92,11 +95,12 @@ def merge(source: Ledger, target: Ledger, actor: str) -> Import:
 
 def _merged(source: Ledger, target: Ledger, actor: str) -> Import:
     with source.snapshot() as there:
-        own = target.authority.public_hex if target.has_authority else None
-        if own not in (source.authority.public_hex, *(one.old.public_hex for one in source.rotations())):
-            return _adopt(there, source, target)
+        if not target.has_authority or target.authority.public_hex != source.authority.public_hex:
+            with target.clearing(source.authority) as here:
+                _copy(there, here)
+            return Import(_count(there), 0, 0)
         with target.writing(actor, older=True) as transaction:
-            theirs, ours = source.tree_in(there), transaction.tree
+            theirs, ours, here = source.tree_in(there), transaction.tree, transaction.connection
             if ours.consistency(theirs.size, theirs.root) is not None:
                 return Import(0, 0, _count(there))
             if theirs.consistency(ours.size, ours.root) is None:
@@ -106,66 +110,44 @@ def _merged(source: Ledger, target: Ledger, actor: str) -> Import:
                     "missing",
                     code="forked",
                 )
-            resigned = own != source.authority.public_hex
-            done = _catch_up(there, transaction, resigned=resigned)
-            if resigned:
-                transaction.successor = source.authority.public_hex
-            return done
+            before, after = _signatures(here), _signatures(there)
+            for table, _ in COPIED:
+                here.execute(delete(table))
+            _copy(there, here)
+            common = before.keys() & after.keys()
+            changed = sum(before[one] != after[one] for one in common)
+            return Import(len(after) - len(common), changed, len(common) - changed, len(before) - len(common))
 
 
-def _adopt(there: Connection, source: Ledger, target: Ledger) -> Import:
-    """Make `target`, which must be empty, a copy."""
-    with target.clearing(source.authority) as here:
-        _copy_log(there, here)
-        added = _copy(there, here, badges, badges.c.id)
-    return Import(added, 0, 0)
+def sign_anew(source: Ledger, target: Ledger, actor: str) -> Import:
+    """Enter all records of `source`, which is sound, into `target`, which is empty, under the key of that one.
+
+    Raises: RegistryError if it is not empty, or its private key is not on this machine.
+    """
+    with source.snapshot() as there, target.writing(actor) as transaction:
+        if transaction.tree.size > 1:
+            raise RegistryError(
+                f"registry {target.shown} is not empty, and records are signed anew in an empty one alone; give "
+                "another URL"
+            )
+        for rows in chunks(pages(there, select_records(), badges.c.id)):
+            transaction.enter([source.record(row) for row in rows], "import")
+        # Their ids are not issued again here either.
+        for erased in there.scalars(select(log.c.subject).where(log.c.action == ERASE)).all():
+            transaction.log(ERASE, erased)
+        return Import(_count(there), 0, 0)
 
 
-def _catch_up(there: Connection, transaction: Transaction, *, resigned: bool) -> Import:
-    """Copy the source's later log entries, and the records that they are about; all records if `resigned`."""
-    here, newer = transaction.connection, log.c.seq > transaction.tree.size
-    said, gone, before = set(there.scalars(select(log.c.subject).where(newer))), set(_erased_in(there)), _count(here)
-    # A registry may hold millions of badges; of these, only what the later entries are about is looked at.
-    known = {found for ids in chunks(sorted(said | gone)) for found in _held(here, ids)}
-    erased, changed = known & gone, known & said - gone
-    if resigned:
-        here.execute(delete(badges))
-    for ids in chunks(sorted(changed | erased)):
-        here.execute(delete(badges).where(badges.c.id.in_(ids)))
-    _copy(there, here, badges, badges.c.id, None if resigned else badges.c.id.in_(select(log.c.subject).where(newer)))
-    _copy_log(there, here, newer)
-    kept = before - len(erased)
-    return Import(_count(there) - kept, len(changed), kept - len(changed), len(erased))
+def _copy(there: Connection, here: Connection) -> None:
+    """Copy all tables as they are into empty ones."""
+    for table, key in COPIED:
+        for rows in chunks(pages(there, select(table), key)):
+            here.execute(insert(table), [dict(row._mapping) for row in rows])
 
 
-def _held(here: Connection, ids: Iterable[str]) -> list[str]:
-    """Those of some ids of which there is a record here."""
-    return list(here.scalars(select(badges.c.id).where(badges.c.id.in_(ids))))
-
-
-def _erased_in(there: Connection) -> list[str]:
-    """The ids of badges whose holders were erased in the source."""
-    return list(there.scalars(select(log.c.subject).where(log.c.action == ERASE).distinct()))
-
-
-def _copy(
-    there: Connection, here: Connection, table: Table, key: Column[Any], condition: ColumnElement[bool] | None = None
-) -> int:
-    """Copy the rows of a table, or those of a condition, as they are; returns how many."""
-    query = select(table) if condition is None else select(table).where(condition)
-    copied = 0
-    for rows in chunks(pages(there, query, key)):
-        here.execute(insert(table), [dict(row._mapping) for row in rows])
-        copied += len(rows)
-    return copied
-
-
-def _copy_log(there: Connection, here: Connection, newer: ColumnElement[bool] | None = None) -> None:
-    """Copy the log's entries, or the newer ones; actors and head take the place of those that are here."""
-    _copy(there, here, log, log.c.seq, newer)
-    for table, key in ((actors, actors.c.commitment), (schema.authority, schema.authority.c.one)):
-        here.execute(delete(table))
-        _copy(there, here, table, key)
+def _signatures(connection: Connection) -> dict[str, str]:
+    """The signature of each record, by its id."""
+    return {row.id: row.signature for row in connection.execute(select(badges.c.id, badges.c.signature))}
 
 
 def _count(connection: Connection) -> int:

@@ -13,7 +13,7 @@ from moireid.errors import RegistryError
 from moireid.provenance import AuthorityKey
 from moireid.registry.claims import as_id, find_row
 from moireid.registry.ledger import Ledger
-from moireid.registry.log import ERASE, ERASE_ACTOR, authority_keys, check_signed
+from moireid.registry.log import ERASE, ERASE_ACTOR, check_signed
 from moireid.registry.look_alikes import folded_skeleton, skeleton
 from moireid.registry.record import Record, storable
 from moireid.registry.schema import actors, badges, log, select_alike, select_layouts, select_named_so, select_records
@@ -204,10 +204,8 @@ class RegistryQueries:
         rows = self._ledger.rows(newest)
         if not rows or rows[0].action != ERASE:
             return None
-        # The authority then: the old key of the next change of key after it.
-        later = [one.old for one in self._ledger.rotations() if one.seq > rows[0].seq]
         with self._ledger.reported():
-            check_signed(dict(rows[0]._mapping), later[0] if later else self._ledger.authority)
+            check_signed(dict(rows[0]._mapping), self._ledger.authority)
         return str(rows[0].time)
 
     def entries(self, claim: str | None = None, limit: int | None = None) -> list[Entry]:
@@ -286,20 +284,15 @@ class RegistryQueries:
             page = page.where(or_(named, badges.c.id.startswith(as_id(name), autoescape=True)) if ids else named)
         return [self._ledger.record(row) for row in self._ledger.rows(page)]
 
-    def authority_keys(self) -> tuple[AuthorityKey, ...]:
-        """List the keys by which the registry's authority signs, or signed.
+    def authority_key(self) -> AuthorityKey:
+        """The key by which the registry's authority signs.
 
         Returns
         -------
-        tuple of AuthorityKey
-            The present one first.
-
-        Raises
-        ------
-        RegistryError
-            If a change of key does not bear the signatures of both keys.
+        AuthorityKey
+            That which is trusted here.
         """
-        return authority_keys(self._ledger.authority, self._ledger.rotations())
+        return AuthorityKey(self._ledger.authority.fingerprint, self._ledger.authority.public_hex)
 
     def layouts(self) -> list[Badge]:
         """List one badge of each distinct layout, which is enough for a reader to read any of them.

@@ -1,39 +1,36 @@
 """A registry, or a bundle of one, compared with what this user saw of it before.
 
 It is refused if it was put back to an earlier state, if something else was written in the place of what had been
-signed, or if another key signs it than the trusted one, or than the one that was seen there first.  A key that was
-given up counts no more.
+signed, or if another key signs it than the trusted one, or than the one that was seen there first.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from moireid.errors import RegistryError
 from moireid.provenance import Standing
-from moireid.registry.keys import Authority, as_fingerprint
-from moireid.registry.log import Head, Rotation
+from moireid.registry.keys import as_fingerprint
+from moireid.registry.log import Head
 from moireid.registry.seen import Memory, remember
 
 #: What a refusal's `details["code"]` may be.
-CODES = frozenset({"rolled_back", "forked", "key_replaced", "key_given_up", "two_successors"})
+CODES = frozenset({"rolled_back", "forked", "key_replaced"})
 
 
 @dataclass(frozen=True)
 class LogState:
     """The log of a registry or a bundle, as it is compared with what was seen before.
 
-    called: names it in messages; place: identifies it among all that this user opens; head: its last entry; turned: the
-    proven changes of the authority's key, oldest first; extends: whether the log up to `head` goes on from an earlier
-    head.
+    called: names it in messages; place: identifies it among all that this user opens; fingerprint: of its authority;
+    head: its last entry; extends: whether the log up to `head` goes on from an earlier head.
     """
 
     called: str
     place: str
-    authority: Authority
+    fingerprint: str
     head: Head
-    turned: Sequence[Rotation]
     extends: Callable[[Head], bool]
 
     def refusal(self, code: str, what: str, remedy: str, **details: object) -> RegistryError:
@@ -64,53 +61,32 @@ def standing_of(log: LogState, memory: Memory, trust: str | None = None, expires
     Raises
     ------
     RegistryError
-        If it is signed by another authority or by a key that was given up, was put back to an earlier state, or was
-        forked; `details["code"]` is one of `CODES`.
+        If it is signed by another authority, was put back to an earlier state, or was forked; `details["code"]` is one
+        of `CODES`.
     SpecError
         If `trust` is no fingerprint.
-
-    Notes
-    -----
-    A user who trusts an earlier key of the authority, or has seen it here, then trusts the present one.
     """
-    kept = compared(log, memory, trust)
+    compared(log, memory, trust)
+    own = log.fingerprint
+    known = memory.authority == own and memory.heads.get(own) == log.head
     return Standing(
-        log.authority.fingerprint,
+        own,
         str(log.head),
         expires,
-        new=trust is None and not any(key in memory.heads for key in kept),
-        remembered=_is_known(log, memory, kept) or remember(log.place, kept, log.head, log.turned),
+        new=trust is None and own not in memory.heads,
+        remembered=known or remember(log.place, own, log.head),
     )
 
 
-def compared(log: LogState, memory: Memory, trust: str | None) -> list[str]:
-    """Compare a log with what was seen of it before, as `standing_of`.
-
-    Returns: the fingerprints under which its head is to be remembered, that of its key first.
-    """
-    own, wanted = log.authority.fingerprint, memory.authority if trust is None else as_fingerprint(trust)
-    named = trust is not None and wanted == own
-    earlier = [one.old.fingerprint for one in log.turned]
-    _check_authority(log, wanted, earlier, pinned=trust is not None)
-    _check_extends(log, memory.heads.get(own), own)
-    check_successors(log, memory, named=named)
-    # A user who names the present key of two changes of one earlier key may have seen the other log under that key.
-    for key in () if named else earlier:
-        _check_extends(log, memory.heads.get(key), own)
-    # Else a user who still trusts an earlier key would not notice a return to a state before the change.
-    return [own, *(key for key in earlier if key in memory.heads or key == wanted)]
+def compared(log: LogState, memory: Memory, trust: str | None) -> None:
+    """Compare a log with what was seen of it before.  Raises: RegistryError, SpecError as `standing_of`."""
+    wanted = memory.authority if trust is None else as_fingerprint(trust)
+    if wanted not in (None, log.fingerprint):
+        raise _other_key(log, str(wanted), pinned=trust is not None)
+    _check_extends(log, memory.heads.get(log.fingerprint))
 
 
-def _is_known(log: LogState, memory: Memory, keys: Sequence[str]) -> bool:
-    """Whether all that is to be remembered of a log is in the memory."""
-    return (
-        memory.authority == keys[0]
-        and all(memory.heads.get(key) == log.head for key in keys)
-        and all(memory.successors.get(one.old.fingerprint) == one.new.fingerprint for one in log.turned)
-    )
-
-
-def _check_extends(log: LogState, last: Head | None, fingerprint: str) -> None:
+def _check_extends(log: LogState, last: Head | None) -> None:
     """Raise RegistryError unless the log goes on from the head that was seen last."""
     head = log.head
     if last is not None and head.seq < last.seq:
@@ -119,7 +95,7 @@ def _check_extends(log: LogState, last: Head | None, fingerprint: str) -> None:
             f"ends at log entry {head.seq}, but entry {last.seq} of it was seen before: it was rolled back to an "
             f"earlier state, and lacks {last.seq - head.seq} of {last.seq} entries",
             "get its newest copy from those who run it (if they restored it on purpose, `moireid registry forget "
-            f"{fingerprint}` accepts it)",
+            f"{log.fingerprint}` accepts it)",
             head=str(head),
             seen=str(last),
         )
@@ -134,58 +110,20 @@ def _check_extends(log: LogState, last: Head | None, fingerprint: str) -> None:
         )
 
 
-def _check_authority(log: LogState, wanted: str | None, earlier: Sequence[str], *, pinned: bool) -> None:
-    """Raise RegistryError unless the log's key, or an earlier one, is the wanted one, or none is wanted.
-
-    Parameters: pinned: the user names it; else it is the one that was seen at this place.
-    """
-    fingerprint = log.authority.fingerprint
-    if wanted is None or wanted == fingerprint or wanted in earlier:
-        return
+def _other_key(log: LogState, wanted: str, *, pinned: bool) -> RegistryError:
+    """The error where the log's key is not the wanted one, which the user names, or which was seen at this place."""
     if pinned:
         reason, remedy = "the one to be trusted", "get it from those who run it, or ask them for their fingerprint"
     else:
         reason = "the one seen here before"
         remedy = (
-            f"if its makers confirm the new key, add --trust {fingerprint} to `moireid verify`, or give `moireid "
+            f"if its makers confirm the new key, add --trust {log.fingerprint} to `moireid verify`, or give `moireid "
             f"registry forget {wanted}`"
         )
-    raise log.refusal(
+    return log.refusal(
         "key_replaced",
-        f"is signed by authority {fingerprint}, and {reason} is {wanted}: its key was replaced",
+        f"is signed by authority {log.fingerprint}, and {reason} is {wanted}: its key was replaced",
         remedy,
-        fingerprint=fingerprint,
+        fingerprint=log.fingerprint,
         trusted=wanted,
     )
-
-
-def check_successors(log: LogState, memory: Memory, *, named: bool) -> None:
-    """Compare its keys with the changes that were seen.  A key that was given up counts no more: a thief may have it.
-
-    Parameters: named: the user names this very authority; of two changes of one earlier key, theirs is then the valid
-        one.
-    Raises: RegistryError if its key was given up, or an earlier one was given up for another key.
-    """
-    fingerprint = log.authority.fingerprint
-    after = memory.successors.get(fingerprint)
-    if after is not None:
-        raise log.refusal(
-            "key_given_up",
-            f"is signed by authority {fingerprint}, whose key was given up for {after}, as was seen before",
-            "get its newest copy from those who run it (if they say that this change was not theirs, `moireid registry "
-            f"forget {fingerprint}` accepts the key again)",
-            fingerprint=fingerprint,
-            successor=after,
-        )
-    for one in () if named else log.turned:
-        after = memory.successors.get(one.old.fingerprint)
-        if after is not None and after != one.new.fingerprint:
-            raise log.refusal(
-                "two_successors",
-                f"gives up key {one.old.fingerprint} for {one.new.fingerprint}, and it was seen before to be given up "
-                f"for {after}: one of the two changes is a thief's",
-                f"ask those who run it for their fingerprint, and if it is {fingerprint}, add --trust {fingerprint} to "
-                "`moireid verify`",
-                fingerprint=fingerprint,
-                successor=after,
-            )

@@ -1,10 +1,10 @@
 """What this user saw last of each registry.
 
-Remembered are: which authority signs at which place, how far each authority's log had grown, and which key followed
-each replaced key.  They are in a small SQLite file in the user's data folder; MOIREID_SEEN names another file.  A head
-is only ever replaced by a later one, in one statement, so that programs that run at the same time lose nothing.  Places
-are kept as hashes, because an address may name people and servers.  If the file cannot be written (a read-only home),
-nothing is remembered, and callers say so.
+Remembered are: which authority signs at which place, and how far each authority's log had grown.  They are in a small
+SQLite file in the user's data folder; MOIREID_SEEN names another file.  A head is only ever replaced by a later one, in
+one statement, so that programs that run at the same time lose nothing.  Places are kept as hashes, because an address
+may name people and servers.  If the file cannot be written (a read-only home), nothing is remembered, and callers say
+so.
 """
 
 from __future__ import annotations
@@ -12,13 +12,13 @@ from __future__ import annotations
 import hashlib
 import os
 import sqlite3
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from moireid.errors import RegistryError
-from moireid.registry.log import Head, Rotation
+from moireid.registry.log import Head
 from moireid.user_settings import data_folder, expanded
 
 SEEN_VARIABLE = "MOIREID_SEEN"
@@ -30,7 +30,6 @@ _TABLES = """
 BEGIN IMMEDIATE;
 CREATE TABLE IF NOT EXISTS places (place TEXT PRIMARY KEY, fingerprint TEXT NOT NULL);
 CREATE TABLE IF NOT EXISTS heads (fingerprint TEXT PRIMARY KEY, seq INTEGER NOT NULL, hash TEXT NOT NULL);
-CREATE TABLE IF NOT EXISTS successors (fingerprint TEXT PRIMARY KEY, successor TEXT NOT NULL, seq INTEGER NOT NULL);
 COMMIT;
 """
 
@@ -45,14 +44,13 @@ def seen_path() -> Path | None:
 
 @dataclass(frozen=True)
 class Memory:
-    """What was seen before: the authority of one place, and of every authority the last head and its key's successor.
+    """What was seen before: the authority of one place, and the last head of every authority.
 
     authority: a fingerprint; None if nothing was seen at that place.
     """
 
     authority: str | None = None
     heads: Mapping[str, Head] = field(default_factory=dict)
-    successors: Mapping[str, str] = field(default_factory=dict)
 
 
 def recall(place: str = "") -> Memory:
@@ -68,19 +66,16 @@ def recall(place: str = "") -> Memory:
             return Memory()
         at = database.execute("SELECT fingerprint FROM places WHERE place = ?", (_key(place),)).fetchone()
         heads = database.execute("SELECT fingerprint, seq, hash FROM heads").fetchall()
-        after = database.execute("SELECT fingerprint, successor FROM successors").fetchall()
         last = {str(who): Head.parse(f"{seq}:{root}") for who, seq, root in heads}
-    return Memory(str(at[0]) if at else None, last, dict(after))
+    return Memory(str(at[0]) if at else None, last)
 
 
-def remember(place: str, keys: Sequence[str], head: Head, turned: Sequence[Rotation] = ()) -> bool:
+def remember(place: str, fingerprint: str, head: Head) -> bool:
     """Remember what is seen now; returns whether that was possible.
 
-    Parameters: keys: fingerprints of the present key, then of earlier ones that the user may still go by; turned: the
-        changes of the authority's key, proven.
     Convention: the authority of a place is replaced, an authority's head only by a later one.
     """
-    path, own = seen_path(), keys[0]
+    path = seen_path()
     if path is None:
         return False
     with suppress(OSError, sqlite3.Error):
@@ -89,20 +84,12 @@ def remember(place: str, keys: Sequence[str], head: Head, turned: Sequence[Rotat
         with closing(sqlite3.connect(path, timeout=WAIT_S)) as database, database:
             database.executescript(_TABLES)
             database.execute("BEGIN IMMEDIATE")
-            database.execute("INSERT OR REPLACE INTO places VALUES (?, ?)", (_key(place), own))
-            database.executemany(
+            database.execute("INSERT OR REPLACE INTO places VALUES (?, ?)", (_key(place), fingerprint))
+            database.execute(
                 "INSERT INTO heads VALUES (?, ?, ?) ON CONFLICT (fingerprint) DO UPDATE SET seq = excluded.seq, "
                 "hash = excluded.hash WHERE excluded.seq > heads.seq",
-                [(key, head.seq, head.hash) for key in keys],
+                (fingerprint, head.seq, head.hash),
             )
-            rows = [(one.old.fingerprint, one.new.fingerprint, one.seq) for one in turned]
-            # If there are two changes of one key, the user has named the true one; the head seen was of the other log.
-            database.executemany(
-                "DELETE FROM heads WHERE EXISTS (SELECT 1 FROM successors AS s WHERE s.fingerprint = heads.fingerprint "
-                "AND s.fingerprint = ? AND s.successor <> ?)",
-                [row[:2] for row in rows],
-            )
-            database.executemany("INSERT OR REPLACE INTO successors VALUES (?, ?, ?)", rows)
         return True
     return False
 
@@ -113,13 +100,12 @@ def forget(fingerprint: str) -> bool:
     Raises: RegistryError if the file cannot be read or written.
     """
     memory, path = recall(), seen_path()
-    if path is None or (fingerprint not in memory.heads and fingerprint not in memory.successors):
+    if path is None or fingerprint not in memory.heads:
         return False
     with _readable(), closing(sqlite3.connect(path, timeout=WAIT_S)) as database, database:
         database.executescript(_TABLES)
         database.execute("DELETE FROM places WHERE fingerprint = ?", (fingerprint,))
         database.execute("DELETE FROM heads WHERE fingerprint = ?", (fingerprint,))
-        database.execute("DELETE FROM successors WHERE fingerprint = ?", (fingerprint,))
     return True
 
 

@@ -1,4 +1,4 @@
-"""The Registry: enroll, change of key, and calls to audit, export and import.
+"""The Registry: enroll, and calls to audit, export and import.
 
 It inherits its other methods from `queries.py`, `changes.py` and `public_view.py`.
 
@@ -16,20 +16,19 @@ from types import TracebackType
 from moireid.badge import Badge
 from moireid.registry.audit import audit
 from moireid.registry.audit_findings import Audit
-from moireid.registry.batch import Batch, enter, new_records, same_or_conflict
+from moireid.registry.batch import Batch, enter, same_or_conflict
 from moireid.registry.canonical import utc_now
 from moireid.registry.changes import RegistryChanges, expiry_day
 from moireid.registry.checkpoints.checkpoint import Checkpoint
 from moireid.registry.checkpoints.cosignature import Quorum
-from moireid.registry.engine import default_url, read_url, sqlite_file
+from moireid.registry.engine import chunks, default_url, read_url, sqlite_file
 from moireid.registry.export_file import export_json
 from moireid.registry.keys import account, checked_actor, key_path, keys_folder
 from moireid.registry.ledger import Ledger, open_ledger
 from moireid.registry.look_alikes import LookAlikeWarning
-from moireid.registry.merge import Import, checked_copy, merge
+from moireid.registry.merge import Import, checked_copy, merge, sign_anew
 from moireid.registry.public_view import PublicView
 from moireid.registry.record import Record, new_record
-from moireid.registry.rotate import rotate
 
 #: At most this many people whose names look alike are named in a warning.
 MOST_NAMED = 3
@@ -197,9 +196,7 @@ class Registry(RegistryChanges, PublicView):
             return same_or_conflict(record, holder)
         self._ledger.signer()
         # Looked up again under the write lock: else two processes could find the id free at once.
-        entered, held, conflict = enter(self._ledger, [record], self.actor)
-        if conflict is not None:
-            raise conflict
+        entered, held = enter(self._ledger, [record], self.actor)
         self._warn([one.name for one in entered], warned=warned)
         return [*entered, *held][0]
 
@@ -211,7 +208,7 @@ class Registry(RegistryChanges, PublicView):
         warned: bool = False,
         expires: str | None = None,
     ) -> Batch:
-        """Issue many badges, a thousand at a time.
+        """Issue many badges, five hundred at a time.
 
         Parameters
         ----------
@@ -232,7 +229,7 @@ class Registry(RegistryChanges, PublicView):
         Raises
         ------
         RegistryError
-            As `enroll`, of the first badge that cannot be issued; those before it are.
+            As `enroll`, of the first badge that cannot be issued: none of its five hundred is, and those before are.
         SpecError
             As `enroll`.
 
@@ -246,42 +243,17 @@ class Registry(RegistryChanges, PublicView):
         enrolled = unchanged = revoked = 0
         names: list[str] = []
         try:
-            for records, refusal in new_records(issued, self.shown_url, last_day):
-                new, there, conflict = enter(self._ledger, records, self.actor)
+            for some in chunks(issued):
+                records = [new_record(badge, self.shown_url, utc_now(), last_day) for badge in some]
+                new, there = enter(self._ledger, records, self.actor)
                 names += [one.name for one in new]
                 enrolled, unchanged = enrolled + len(new), unchanged + len(there)
                 revoked += sum(one.revoked_at is not None for one in there)
                 if progress:
                     progress(enrolled + unchanged, total)
-                if fault := conflict or refusal:
-                    raise fault
         finally:
             self._warn(names, warned=warned)
         return Batch(enrolled, unchanged, revoked)
-
-    def rotate_key(self, progress: Progress | None = None) -> int:
-        """Give the authority a new key, by a log entry that the old and the new one sign.
-
-        Parameters
-        ----------
-        progress : callable, optional
-            Called with records done, and None.
-
-        Returns
-        -------
-        int
-            Records that were signed anew.
-
-        Raises
-        ------
-        RegistryError
-            If the old key is not on this machine, a new one cannot be stored, or a record is not as it was signed.
-
-        Notes
-        -----
-        Other programs that have the registry open must open it again.
-        """
-        return rotate(self._ledger, self.actor, progress)
 
     def _warn(self, names: Sequence[str], *, warned: bool) -> None:
         """Warn the caller's caller of names that look like others here; warned: that was done already."""
@@ -372,7 +344,7 @@ class Registry(RegistryChanges, PublicView):
             return merge(copy, self._ledger, self.actor)
 
 
-def import_registry(path: Path | str, url: str | None, *, actor: str | None = None) -> Import:
+def import_registry(path: Path | str, url: str | None, *, actor: str | None = None, new_key: bool = False) -> Import:
     """Take in an export as `Registry.import_json` does, and make the registry if it is absent.
 
     Parameters
@@ -383,6 +355,8 @@ def import_registry(path: Path | str, url: str | None, *, actor: str | None = No
         As `open_registry`.  A registry that is made has no key of its own.
     actor : str, optional
         As `open_registry`.
+    new_key : bool
+        Sign all records anew, by the key of an empty registry, which is made if there is none.
 
     Returns
     -------
@@ -396,6 +370,6 @@ def import_registry(path: Path | str, url: str | None, *, actor: str | None = No
     """
     with (
         checked_copy(Path(path)) as copy,
-        open_registry(url, create=True, make_authority=False, actor=actor) as registry,
+        open_registry(url, create=True, make_authority=new_key, actor=actor) as registry,
     ):
-        return merge(copy, registry._ledger, registry.actor)
+        return (sign_anew if new_key else merge)(copy, registry._ledger, registry.actor)

@@ -45,7 +45,7 @@ def test_an_audit_says_which_witnesses_have_signed(visit: Visit, tmp_path: Path)
     registry, kept = visit.studio.registry, tmp_path / "newest.checkpoint"
     made = [Witness(f"witness.example/w{number}") for number in (1, 2, 3)]
     quorum = Quorum.of([one.key for one in made], 2)
-    visit.studio.settings = replace(visit.studio.settings, witness_check=WitnessCheck(str(kept), quorum))
+    visit.studio.settings = replace(visit.studio.settings, witness_check=WitnessCheck(kept, quorum))
 
     def audited() -> Any:
         return visit.ask("POST", "/api/registry/audit", "issuer", json={}).json()

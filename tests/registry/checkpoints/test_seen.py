@@ -56,7 +56,7 @@ def test_only_a_later_head_replaces_one(seen):
     """Catches: a read, then a write, between which another program remembers a later one."""
     heads = [Head(number, f"{number:064x}") for number in range(1, 60)]
     with ThreadPoolExecutor(8) as pool:
-        assert all(pool.map(lambda head: remember("place", ["f" * 32], head), reversed(heads)))
+        assert all(pool.map(lambda head: remember("place", "f" * 32, head), reversed(heads)))
     assert recall().heads.get("f" * 32) == heads[-1] and recall("place").authority == "f" * 32
     assert b"place" not in seen.read_bytes().replace(b"places", b"").replace(b"place TEXT", b"").replace(b"place_", b"")
     assert stat.S_IMODE(os.stat(seen).st_mode) == 0o600

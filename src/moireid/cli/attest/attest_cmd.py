@@ -158,7 +158,7 @@ def _answer(
     bundle_path: Path | None,
     trust: str | None,
     witnesses: WitnessCheck | None,
-) -> tuple[BadgeHolder, tuple[AuthorityKey, ...]] | None:
+) -> tuple[BadgeHolder, AuthorityKey] | None:
     """What a registry or its bundle says about the badge of a verdict; None where the verdict cannot be believed."""
     if registry_url is not None and bundle_path is not None:
         raise SpecError("--bundle replaces --registry; leave one of them out")
@@ -176,17 +176,17 @@ def _answer(
 
         with Bundle(bundle_path, trust) as bundle:
             require(witnesses, bundle)
-            holder, keys = bundle.holder_of(badge_id), bundle.authority_keys()
+            holder, key = bundle.holder_of(badge_id), bundle.authority_key()
     else:
         from moireid.registry import holder_of, open_registry
 
         with open_registry(registry_url, create=False) as registry:
             registry.standing(trust)
             require(witnesses, registry)
-            holder, keys = holder_of(registry, badge_id), registry.authority_keys()
+            holder, key = holder_of(registry, badge_id), registry.authority_key()
     if holder is None:
         raise SpecError(f"no one there holds badge {badge_id}; name the registry that issued it")
-    return holder, keys
+    return holder, key
 
 
 def lines_of(found: CheckResult) -> list[str]:

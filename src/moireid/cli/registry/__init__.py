@@ -2,7 +2,7 @@
 
 records.py  init, list, show, forget; log, erase; revoke, suspend, reinstate
 checks.py   audit, checkpoint, publish
-copies.py   export, import; rotate-key
+copies.py   export, import
 """
 
 from moireid.cli.registry import checks, copies, records

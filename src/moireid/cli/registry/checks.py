@@ -42,15 +42,14 @@ def _out_option(what: str) -> Callable[[Callable[..., None]], Callable[..., None
 @click.option(
     "--since",
     "kept",
-    metavar="FILE",
+    type=click.Path(path_type=Path),
     multiple=True,
-    help="A checkpoint that somebody else kept: a file, a folder of them, or a web address. The log must still begin "
-    "as it says. May be given several times.",
+    help="A checkpoint that somebody else kept. The log must still begin as it says. May be given several times.",
 )
 @quorum_option
 def registry_audit(
     registry: Registry,
-    kept: tuple[str, ...],
+    kept: tuple[Path, ...],
     witness_keys: tuple[str, ...],
     as_json: bool,
 ) -> None:
@@ -65,14 +64,13 @@ def registry_audit(
 
     Exit code 0: sound; 1: something is wrong; 2: bad input.
     """
-    from moireid.registry.checkpoints.sources import checkpoints_from
+    from moireid.registry.checkpoints.checkpoint import read_checkpoint
 
     quorum = quorum_of(witness_keys)
     if quorum is not None and not kept:
         raise SpecError("--witness-key needs what the witnesses signed; add --since FILE")
     with progress_bar("checking the registry") as progress:
-        since = [one for source in kept for one in checkpoints_from(source)]
-        seen, shown = registry.audit(progress, since, quorum), registry.shown_url
+        seen, shown = registry.audit(progress, list(map(read_checkpoint, kept)), quorum), registry.shown_url
     if as_json:
         show_json(seen.to_json() | {"registry": shown})
     else:
@@ -103,10 +101,10 @@ def registry_audit(
 @click.option(
     "--since",
     "earlier",
-    metavar="FILE",
+    type=click.Path(path_type=Path),
     help="An earlier checkpoint: --json then also proves that the new one only adds to it.",
 )
-def registry_checkpoint(registry: Registry, path: Path, earlier: str | None, overwrite: bool, as_json: bool) -> None:
+def registry_checkpoint(registry: Registry, path: Path, earlier: Path | None, overwrite: bool, as_json: bool) -> None:
     """Write a signed checkpoint of the log for others to keep.
 
     It is the length of the log and one hash of all in it, and holds no names. Give it to others, as often as you can:
@@ -117,10 +115,10 @@ def registry_checkpoint(registry: Registry, path: Path, earlier: str | None, ove
     to the file, and readers ask for these by --witness-key.
     """
     from moireid.files import planned, write_text
-    from moireid.registry.checkpoints.sources import checkpoints_from
+    from moireid.registry.checkpoints.checkpoint import read_checkpoint
 
-    planned([path], overwrite=overwrite, kept=[registry.file, Path(earlier) if earlier else None])
-    older = checkpoints_from(earlier) if earlier else []
+    planned([path], overwrite=overwrite, kept=[registry.file, earlier])
+    older = [read_checkpoint(earlier)] if earlier else []
     made, proofs = registry.checkpoint(older)
     write_text(path, made.note)
     if as_json:
@@ -145,11 +143,11 @@ def registry_checkpoint(registry: Registry, path: Path, earlier: str | None, ove
 @click.option(
     "--checkpoint",
     "source",
-    metavar="FILE",
+    type=click.Path(path_type=Path),
     help="The checkpoint of the log as it is now, with the lines that witnesses added; without it, one is signed now.",
 )
 def registry_publish(
-    registry: Registry, path: Path, days: float, source: str | None, overwrite: bool, as_json: bool
+    registry: Registry, path: Path, days: float, source: Path | None, overwrite: bool, as_json: bool
 ) -> None:
     """Write a trust bundle, for verifying offline.
 
@@ -161,9 +159,9 @@ def registry_publish(
     checkpoint in it, they can ask for that by --witness-key.
     """
     from moireid.idcodes import specimen_of
-    from moireid.registry.checkpoints.sources import one_checkpoint_from
+    from moireid.registry.checkpoints.checkpoint import read_checkpoint
 
-    kept = None if source is None else one_checkpoint_from(source)
+    kept = None if source is None else read_checkpoint(source)
     with progress_bar("sealing identities") as progress:
         made = registry.publish(path, specimen_of, days=days, overwrite=overwrite, progress=progress, checkpoint=kept)
         fingerprint = registry.fingerprint

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -26,8 +25,7 @@ from moireid.cli.common import (
 )
 from moireid.cli.sealed_reader import sealed_reader, unsealed_option
 from moireid.cli.verify.verify_cmd import show_verdict
-from moireid.cli.witness_options import WitnessCheck, require, witness_check
-from moireid.errors import SpecError
+from moireid.cli.witness_options import WitnessCheck, witness_check
 
 if TYPE_CHECKING:
     from moireid.question import KnownCamera
@@ -61,13 +59,11 @@ def identify_command(
 
     Exit code 0: found; 1: no one enrolled; 2: bad input; 3: inconclusive.
     """
-    from moireid.api.asking import AskingTerms, people_of_bundle, people_of_registry
+    from moireid.api.asking import AskingTerms, people_scope
 
-    if bundle_path is not None and registry_url is not None:
-        raise SpecError("--bundle replaces --registry; leave one of them out")
-    terms = AskingTerms(trust, report_standing, partial(require, witness_check))
+    terms = AskingTerms(trust, report_standing, witness_check.require if witness_check else None)
+    people = people_scope(registry_url, bundle_path, terms)
     films = sealed_reader([video], unsealed=unsealed)
-    people = people_of_registry(registry_url, terms) if bundle_path is None else people_of_bundle(bundle_path, terms)
     with people as scope, films as reader, progress_bar("reading the film") as progress:
         document, known = scope.search(video, camera, track, reader, progress)
     if as_json:

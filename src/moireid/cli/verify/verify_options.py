@@ -6,15 +6,13 @@ import functools
 from collections.abc import Callable
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from moireid.cli.common import bundle_option, registry_option, report_standing, trust_option
-from moireid.cli.witness_options import WitnessCheck, require, witness_check
-from moireid.errors import SpecError
+from moireid.cli.witness_options import WitnessCheck, witness_check
 
 if TYPE_CHECKING:
     from moireid.api.asking import ClaimContext
@@ -53,18 +51,6 @@ class ClaimWish:
     trust: str | None
     witness_check: WitnessCheck | None = None
 
-    def check(self) -> None:
-        """Raise SpecError unless there is one claim and one place to look it up."""
-        if (self.claim is None) == (self.badge_json is None):
-            raise SpecError("give either --claim NAME|ID (with --registry) or --badge badge.json")
-        if self.bundle_path is not None and (self.registry_url is not None or self.claim is None):
-            raise SpecError("--bundle replaces --registry, and needs --claim; leave the other one out")
-        for name, value in (("--trust", self.trust), ("--witness-key", self.witness_check)):
-            if value is not None and self.badge_json is not None and self.registry_url is None:
-                raise SpecError(
-                    f"{name} is of a registry, and none is asked with --badge alone; add --registry, or leave it out"
-                )
-
     @property
     def files(self) -> list[Path | None]:
         """The files that are read of the claim, which no output may replace."""
@@ -76,19 +62,18 @@ class ClaimWish:
         return [*found, own_file(self.registry_url)]
 
     def asked(self) -> AbstractContextManager[ClaimContext]:
-        """The claimed badge, from a bundle, a registry or a file alone; a bundle stays open for the look-up."""
-        from moireid.api.asking import AskingTerms, claim_in_bundle, claim_of_badge, claim_of_name
+        """The claimed badge, from a bundle, a registry or a file alone; a bundle stays open for the look-up.
 
-        terms = AskingTerms(self.trust, report_standing, partial(require, self.witness_check))
-        if self.bundle_path is not None:
-            return claim_in_bundle(self.claim or "", self.bundle_path, terms)
-        if self.badge_json is not None:
-            return claim_of_badge(self.badge_json, self.registry_url, terms)
-        return claim_of_name(self.claim or "", self.registry_url, terms)
+        Raises: SpecError unless there is one claim and one place to look it up.
+        """
+        from moireid.api.asking import AskingTerms, claim_context
+
+        terms = AskingTerms(self.trust, report_standing, self.witness_check.require if self.witness_check else None)
+        return claim_context(self.claim, self.badge_json, self.registry_url, self.bundle_path, terms)
 
 
 def claim_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Give a command the options of a claim, and hand it their meaning as `wish`, once they are checked."""
+    """Give a command the options of a claim, and hand it their meaning as `wish`."""
 
     @functools.wraps(command)
     def wrapped(
@@ -102,7 +87,6 @@ def claim_options(command: Callable[..., Any]) -> Callable[..., Any]:
         **given: Any,
     ) -> Any:
         wish = ClaimWish(claim, registry_url, badge_json, bundle_path, trust, witness_check)
-        wish.check()
         return command(*args, wish=wish, **given)
 
     for option in reversed(CLAIM_OPTIONS):

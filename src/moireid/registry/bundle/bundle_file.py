@@ -81,13 +81,11 @@ class BundleContent(msgspec.Struct, frozen=True):
     """What was signed.
 
     checkpoint: the note of the log's checkpoint, which witnesses may have signed; entries: the hashes of all log
-    entries, 32 bytes each; rotations: the log entries that gave the log another key; layouts: badges without a person,
-    as JSON.
+    entries, 32 bytes each; layouts: badges without a person, as JSON.
     """
 
     checkpoint: str
     entries: bytes
-    rotations: list[dict[str, str | int]]
     layouts: list[str]
     people: list[BundlePerson]
 

@@ -8,7 +8,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from datetime import datetime
@@ -25,10 +24,9 @@ from moireid.question import Question
 from moireid.registry.bundle.bundle_file import BundlePerson, check_expiry, read_bundle_file
 from moireid.registry.checkpoints.checkpoint import checkpoint_from
 from moireid.registry.checkpoints.cosignature import Quorum
-from moireid.registry.log import Head, Rotation, authority_keys, linked, rotation_of
+from moireid.registry.log import Head
 from moireid.registry.look_alikes import by_line, folded_skeleton, line_alike, skeleton
 from moireid.registry.merkle import Tree, leaf_hash
-from moireid.registry.record import Fault
 from moireid.registry.rollback import LogState, standing_of
 from moireid.registry.seen import recall
 
@@ -38,39 +36,6 @@ MOST_ALIKE = 3
 MOST_SEALS = 5000
 #: An identity in hex digits, as a claim.
 _ID = re.compile(r"[0-9a-f]{6}|[0-9a-f]{16}|[0-9a-f]{32}")
-
-
-class BundlePeople:
-    """A bundle as identification sees it.
-
-    Parameters
-    ----------
-    bundle : Bundle
-        An open one.
-
-    Notes
-    -----
-    Identities are sealed in it, so each one that is asked for is tried on every seal, once.
-    """
-
-    def __init__(self, bundle: Bundle) -> None:
-        self._bundle = bundle
-        self._known: dict[str, BadgeHolder | None] = {}
-
-    def holder(self, badge_id: str) -> BadgeHolder | None:
-        """The holder of an id, revoked or not; None if no one holds it."""
-        if badge_id not in self._known:
-            self._known[badge_id] = self._bundle.holder_of(badge_id)
-        return self._known[badge_id]
-
-    def holds(self, badge_id: str) -> bool:
-        """Whether an id is in the bundle, and its badge counts at present."""
-        found = self.holder(badge_id)
-        return found is not None and found.barred is None
-
-    def alike(self, parts: Mapping[int, str]) -> list[str]:
-        """Always empty: an id of which only a part was read correctly opens no seal."""
-        return []
 
 
 class Bundle:
@@ -102,6 +67,8 @@ class Bundle:
         self.path = Path(path)
         header, self.authority, self._content = read_bundle_file(self.path)
         self._head = Head.parse(header.head)
+        #: Of ids that were tried on every seal.
+        self._holders: dict[str, BundlePerson | None] = {}
         self.opens_soon = len(self._content.people) <= MOST_SEALS
         # Both were signed together; a bundle in which they differ was made by another program.
         if self._content.hash_at(self._head.seq) is None:
@@ -113,9 +80,8 @@ class Bundle:
         log = LogState(
             f"bundle {path}",
             f"bundle:{self.path.absolute()}",
-            self.authority,
+            self.authority.fingerprint,
             self._head,
-            self.rotations(),
             self._extends,
         )
         self.standing = standing_of(log, recall(log.place), trust, header.expires)
@@ -199,9 +165,13 @@ class Bundle:
         BadgeHolder or None
             None if it is no identity, or no one in the bundle holds such a badge.
         """
-        for person in self._of_id(badge_id) if isinstance(badge_id, str) else []:
-            return BadgeHolder(person.name, person.state.barred(), person.line)
-        return None
+        if not isinstance(badge_id, str):
+            return None
+        if badge_id not in self._holders:
+            found = self._of_id(badge_id)[:1]
+            self._holders[badge_id] = found[0] if found else None
+        person = self._holders[badge_id]
+        return None if person is None else BadgeHolder(person.name, person.state.barred(), person.line)
 
     def require_witnesses(self, quorum: Quorum) -> dict[str, datetime]:
         """Rely on the bundle only if witnesses have seen the log that it is of.
@@ -244,35 +214,15 @@ class Bundle:
         roots = [Tree(leaves[: head.seq]).root().hex() for head in (seen, self._head)]
         return roots == [seen.hash, self._head.hash]
 
-    def rotations(self) -> list[Rotation]:
-        """The changes of the authority's key, as far as they are proven here.
-
-        Raises: RegistryError if such an entry is not valid, or is not in this bundle's log.
-        """
-        try:
-            turned = linked([rotation_of(entry) for entry in self._content.rotations], self.authority)
-            if any(self._content.hash_at(one.seq) != bytes.fromhex(one.hash) for one in turned):
-                raise ValueError("a change of key is not in its log")
-        except (Fault, ValueError, TypeError, KeyError) as error:
-            raise RegistryError(
-                f"bundle {self.path} proves a change of its authority's key wrongly ({error}); fetch it again"
-            ) from error
-        return turned
-
-    def authority_keys(self) -> tuple[AuthorityKey, ...]:
-        """The keys by which its authority signs, or signed.
+    def authority_key(self) -> AuthorityKey:
+        """The key by which its authority signs.
 
         Returns
         -------
-        tuple of AuthorityKey
-            The present one first.
-
-        Raises
-        ------
-        RegistryError
-            As `rotations`.
+        AuthorityKey
+            Checked.
         """
-        return authority_keys(self.authority, self.rotations())
+        return AuthorityKey(self.authority.fingerprint, self.authority.public_hex)
 
     def layouts(self) -> list[Badge]:
         """List a badge without a person for each layout, which is enough to read any badge of the bundle.

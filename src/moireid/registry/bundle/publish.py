@@ -28,7 +28,7 @@ from moireid.registry.bundle.bundle_file import (
 from moireid.registry.canonical import canonical_json, sha256_hex
 from moireid.registry.checkpoints.checkpoint import Checkpoint, sign_checkpoint
 from moireid.registry.engine import sqlite_file
-from moireid.registry.ledger import Ledger, select_rotations
+from moireid.registry.ledger import Ledger
 from moireid.registry.look_alikes import folded_skeleton, skeleton
 from moireid.registry.record import BadgeState, Fault, Record
 from moireid.registry.schema import badges, pages, select_records
@@ -69,9 +69,8 @@ def publish(
                     "grows"
                 )
         records, layouts = _records(ledger, connection, specimen, versions)
-        turned = [dict(row._mapping) for row in connection.execute(select_rotations())]
     people = _people(records, progress)
-    content = msgspec.json.encode(BundleContent(checkpoint.note, b"".join(entries), turned, layouts, people))
+    content = msgspec.json.encode(BundleContent(checkpoint.note, b"".join(entries), layouts, people))
     issued = now()
     header = Header(
         key=signer.authority.public_hex,

@@ -3,6 +3,4 @@
 note.py         signed notes: a text with signatures below it; public keys of those who sign
 checkpoint.py   checkpoints: a log's size and root as a signed note
 cosignature.py  signatures of witnesses on checkpoints, and how many of them a reader asks for
-sources.py      checkpoints from a file, a folder or a web address
-web.py          what is at a web address, with a deadline for the whole
 """

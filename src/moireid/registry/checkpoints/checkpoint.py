@@ -14,8 +14,10 @@ from __future__ import annotations
 import base64
 import re
 from dataclasses import dataclass
+from pathlib import Path
 
 from moireid.errors import RegistryError
+from moireid.files import read_regular
 from moireid.registry.canonical import utc_now
 from moireid.registry.checkpoints.note import opened, parted, signed_note
 from moireid.registry.keys import FINGERPRINT_DIGITS, Authority, Signer
@@ -23,6 +25,8 @@ from moireid.registry.log import Head
 from moireid.registry.log_tree import LogTree
 
 ORIGIN = "moireid/registry/"
+#: Longest file of a checkpoint, bytes: it has 250, more with the lines of witnesses.
+MOST_BYTES = 65536
 
 
 @dataclass(frozen=True)
@@ -97,6 +101,31 @@ def checkpoint_from(note: str, source: str) -> Checkpoint:
             f"{source} is no checkpoint ({error}); give a file that `moireid registry checkpoint` wrote"
         ) from error
     return Checkpoint(fingerprint, int(size), content, dates[0], note)
+
+
+def read_checkpoint(path: Path) -> Checkpoint:
+    """The checkpoint in a file.
+
+    Parameters
+    ----------
+    path : Path
+        What `moireid registry checkpoint` wrote; witnesses may have added their lines.
+
+    Returns
+    -------
+    Checkpoint
+        Its signatures are not checked yet.
+
+    Raises
+    ------
+    RegistryError
+        If it cannot be read, or is none.
+    """
+    try:
+        text = read_regular(path, MOST_BYTES).decode("utf-8", errors="replace")
+    except OSError as error:
+        raise RegistryError(f"checkpoint {path} cannot be read ({error.strerror}); give the path of one") from error
+    return checkpoint_from(text, str(path))
 
 
 def sign_checkpoint(tree: LogTree, signer: Signer) -> Checkpoint:

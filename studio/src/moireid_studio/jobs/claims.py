@@ -19,7 +19,7 @@ from moireid.lenticule import view_law
 from moireid.provenance import Seal, Standing
 from moireid.question import KnownCamera, Question
 from moireid.reading.film_orders import Order, identify_film, judge_film, measure_captures
-from moireid.registry import People, Registry, claimed, claimed_by_file
+from moireid.registry import People, Registry, claimed, claimed_by_file, people_of
 from moireid_studio.jobs.task import MOST_OF_A_LAYOUT, Law
 from moireid_studio.problems import Refusal
 from moireid_studio.store.job import Job
@@ -63,7 +63,7 @@ def prepared(job: Job, registry: Registry, trust: str | None, maker: Callable[[]
         order = partial(identify_film, film=film, layouts=layouts, camera=camera)
         most = MOST_OF_A_LAYOUT * len(layouts)
         return PreparedJob(
-            order, laws_of(layouts), people=People(registry), questions=most, standing=registry.standing(trust)
+            order, laws_of(layouts), people=people_of(registry), questions=most, standing=registry.standing(trust)
         )
     if job.kind == "capture":
         return PreparedJob(partial(measure_captures, films=[film], badge=badge_from_json(wish["badge_json"])))
