@@ -13,6 +13,7 @@ from moireid.cli.main import ELSEWHERE, OF_LAB, moireid
 from moireid.cli.removed import REMOVED
 from moireid.simulate.cameras import CAMERAS
 from moireid.simulate.effects.table import KINDS
+from moireid.simulate.flaw_table import BUILDS, FLAWS
 from moireid.simulate.forgeries.trajectories import KINDS as FORGERIES
 from moireid.simulate.light import LIGHTS
 from moireid.simulate.motion import NAMED
@@ -80,6 +81,6 @@ def test_what_was_removed_says_what_to_use_instead(words: str, instead: str) -> 
 def test_all_names_that_simulate_takes_are_in_its_help() -> None:
     """Catches: a kind that was added to the simulator and not to the help, where they are written again."""
     said = CliRunner().invoke(moireid, ["simulate", "--help"]).stdout
-    words = set(re.findall(r"[a-z_-]+", said))
-    names = {*FORGERIES, *LIGHTS, *KINDS, *CAMERAS, *NAMED, *RECIPES, *SETTINGS}
+    words = set(re.findall(r"[a-z0-9_-]+", said))
+    names = {*FLAWS, *BUILDS, *FORGERIES, *LIGHTS, *KINDS, *CAMERAS, *NAMED, *RECIPES, *SETTINGS}
     assert names <= words, names - words
