@@ -25,7 +25,7 @@ from moireid.simulate.build import build_named
 from moireid.simulate.mitsuba.mitsuba_renderer import grating_parts
 from moireid.simulate.mitsuba.scene_parts import clear, mesh
 from moireid.simulate.mitsuba.sheet import ACROSS, ALONG, BEHIND_MM, Strips
-from moireid.simulate.mitsuba.variant import mitsuba_with
+from moireid.simulate.mitsuba.variant import loaded_mitsuba
 from moireid.simulate.scene import Scene
 from moireid.simulate.settings.wearing import load_print
 
@@ -54,7 +54,7 @@ QUARTER = 8
 def photograph(badge_json: Path, rays: int) -> Image.Image:
     """The badge with the print of preview.png next to it, on a person; some minutes of work."""
     scene = Scene(load_badge(badge_json), build_named("typical", 0), print_picture=load_print(badge_json))
-    with mitsuba_with(None) as mi:
+    with loaded_mitsuba() as mi:
         world = mi.load_dict({"type": "scene"} | _badge(mi, scene) | _worn(mi, scene) | _lights(mi))
         followed = mi.load_dict({"type": "path", "max_depth": MOST_FACES, "rr_depth": 8})
         light = np.array(mi.render(world, sensor=mi.load_dict(_sensor(mi, scene)), integrator=followed, spp=rays))

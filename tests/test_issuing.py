@@ -3,75 +3,19 @@
 from __future__ import annotations
 
 import random
-from collections import Counter
-from collections.abc import Callable
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from moireid.badge import Badge, load_badge
+from moireid.badge import Badge
 from moireid.designer import Order, design_badge
 from moireid.designer.design import filled
 from moireid.errors import DesignError, FabricationError, RegistryError
-from moireid.fabrication.mount_parts import MountSolids
-from moireid.fabrication.package import print_badge
-from moireid.fabrication.printed.mount import MountPlan, MountReport
 from moireid.issuing import choose_parts, draw, plan_badge
 
 PLAIN = Order("Ada Lovelace", lines=["Reporter"], mount="none")
-
-
-@pytest.fixture
-def calls(monkeypatch: pytest.MonkeyPatch) -> Counter[str]:
-    """How often the badge is designed and its mount is planned."""
-    found: Counter[str] = Counter()
-
-    def counted(where: str, name: str) -> None:
-        module = __import__(where, fromlist=[name])
-        own: Callable[..., Any] = getattr(module, name)
-
-        def call(*args: Any, **more: Any) -> Any:
-            found[name] += 1
-            return own(*args, **more)
-
-        monkeypatch.setattr(module, name, call)
-
-    counted("moireid.issuing", "design_badge")
-    # It is imported by the functions that call it.
-    counted("moireid.fabrication.printed.mount", "plan_mount")
-    return found
-
-
-NO_SOLIDS = MountSolids((), {"printed": (), "acrylic": ()}, {})
-
-
-def test_a_badge_is_designed_once_and_its_mount_planned_once(
-    tmp_path: Path, calls: Counter[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Catches: a second draw after the checks, so that another identity is printed; plans made anew for each file."""
-
-    # The solids, which take seconds, are those of the tests of mounts.
-    def write_mount(badge: Badge, folder: Path, *, plan: MountPlan, **_: object) -> MountReport:
-        files = [folder / name for name in ("mount.stl", "mount.3mf")]
-        for path in files:
-            path.touch()
-        assert plan is not None
-        return MountReport((files[0],), files[1], 30.0, (), {})
-
-    plan = plan_badge(replace(PLAIN, mount="lanyard"))
-    monkeypatch.setattr("moireid.fabrication.printed.mount.write_mount", write_mount)
-    monkeypatch.setattr("moireid.fabrication.package.shape_parts", lambda *_: NO_SOLIDS)
-    for name in ("_views", "_draw_parts"):
-        monkeypatch.setattr(f"moireid.fabrication.assembly.guide.{name}", lambda *_: [])
-    for name in ("write_assembly_step", "write_glb"):
-        monkeypatch.setattr(f"moireid.fabrication.assembly_files.{name}", lambda *given: given[2].touch())
-    printed = print_badge(plan.badge, tmp_path / "ada", parts=plan.parts)
-    assert calls == {"design_badge": 1, "plan_mount": 1}
-    assert load_badge(printed.files["badge.json"]) == plan.badge
-    assert list(printed.files) == plan.files and printed.mount_mass_g
 
 
 CARD = Order("Ada Lovelace", format="cr80", orientation="portrait")

@@ -1,4 +1,4 @@
-"""The table of materials: its sources, and that defaults are products."""
+"""The table of materials: what its labels mean."""
 
 from __future__ import annotations
 
@@ -6,20 +6,6 @@ from moireid.materials import materials
 from moireid.sheets import PRODUCTS
 
 LABELLED = {row.label: row for row in materials() if row.label is not None}
-
-
-def test_each_row_states_its_source_and_what_is_missing() -> None:
-    """Catches: a figure without a source; a product whose missing price or maker is passed over in silence."""
-    for row in materials():
-        assert len(row.source) > 5, row
-        if row.sold:
-            missing = row.unstated or ""
-            assert row.price is not None or "price" in missing or row.kind == "lens sheet", row
-            assert row.maker is not None or "maker" in missing, row
-        if row.kind == "lens sheet" and row.sold:
-            for figure, word in ((row.thick_mm, "thickness"), (row.angle_deg, "angle"), (row.plastic, "plastic")):
-                assert figure is not None or word in (row.unstated or ""), (row.words, word)
-            assert row.sizes_mm or "sheet sizes" in (row.unstated or ""), row.words
 
 
 def test_labels_keep_their_optics() -> None:

@@ -74,20 +74,6 @@ def rear_pitch_for_beat_mm(front_pitch_mm: float, beat_frequency: ArrayLike) -> 
     return 1.0 / rear_frequency
 
 
-def front_pitch_at_match_mm(rear_pitch_mm: float, *, effective_gap_mm: float, distance_mm: float) -> float:
-    """Lens pitch at which lines of that printed pitch show no fringe from that distance: all light or all dark.
-
-    Convention: distance from the eye or camera to the front plane, along its normal.
-    Parameters: effective_gap_mm: traced (`lenticule.ViewLaw.effective_gap_mm`) or paraxial.
-    Returns: mm; smaller than the printed pitch, as lines behind the lenses look finer from nearer than they are.
-    Raises: DesignError where a length is not positive.
-    Source: `beat_frequency_per_mm` = 0 solved for the front pitch: p_f = p_r / (1 + g_eff / D).
-    """
-    if not (rear_pitch_mm > 0 and distance_mm > 0 and math.isfinite(rear_pitch_mm)):
-        raise DesignError(f"rear_pitch_mm={rear_pitch_mm:g} and distance_mm={distance_mm:g} must be positive")
-    return rear_pitch_mm / (1.0 + effective_gap_mm / distance_mm)
-
-
 def paraxial_effective_gap_mm(lens: Lens) -> float:
     """Slope of the page shift against tan of the view angle, near the axis: g / n.
 

@@ -252,6 +252,7 @@ NO_FILMS: dict[str, Callable[[Path, Path], object]] = {
 }
 
 
+@pytest.mark.claim("Wrong input ends with exit code 2 and one sentence")
 @pytest.mark.parametrize("name", NO_FILMS)
 def test_what_is_no_film_is_refused(
     refused: Callable[..., str], badge_file: Path, people: None, films: Path, tmp_path: Path, name: str
@@ -527,4 +528,6 @@ def test_a_camera_is_given_once_and_as_a_calibration(refused: Callable[..., str]
     Path("camera.json").write_text("{}")
     film = ("verify", "film.mp4", "--badge", "ada.json", "--camera", "camera.json")
     assert "--camera holds the focal length" in refused(*film, "--focal-px", "900")
+    assert "--focal-px" in refused(*film[:-2], "--focal-px", "-3")
+    assert "cannot check --cover" in refused(*film[:-2], "--cover", "0", "--pipeline", "published")
     assert "holds no calibration" in refused("identify", "film.mp4", "--registry", REGISTRY, "--camera", "camera.json")

@@ -160,11 +160,6 @@ def test_what_the_readme_shows_of_python_runs(walked: Path, tmp_path: Path) -> N
         session.follow(page)
 
 
-def test_no_page_shows_raw_braces() -> None:
-    """Catches: a page that only the site fills in, and that a reader of the repository sees with holes."""
-    assert [page.name for page in PAGES + READ_THERE if "{{" in page.read_text(encoding="utf-8")] == []
-
-
 @pytest.mark.slow
 def test_the_site_is_built_strictly(tmp_path: Path) -> None:
     """Catches: a dead link, and a page nobody leads to."""

@@ -444,36 +444,3 @@ def test_a_badge_that_faces_away_follows_the_law(ada, tmp_path):
     assert report.measurement is not None
     # One frame, whose page is registered poorly, is taken for a covered one.
     assert np.isfinite(report.measurement.gratings[0].phase_sd_rad).mean() > 0.97
-
-
-# Wrong input: exit code 2, one sentence, nothing on stdout.
-
-
-@pytest.mark.claim("Wrong input ends with exit code 2 and one sentence")
-def test_wrong_input_is_one_sentence(films, tmp_path):
-    """Catches: tracebacks; JSON of an error on stdout; exit code 1, which would be a rejection."""
-    badge, text, empty = films / "badge.json", tmp_path / "a.mp4", tmp_path / "b.mp4"
-    text.write_text("no film")
-    empty.write_bytes(b"")
-    (tmp_path / "report").mkdir()
-    (tmp_path / "report" / "report.html").write_text("mine")
-    cases = {
-        "no film": ("verify", tmp_path / "none.mp4", "--badge", badge, "--json"),
-        "text": ("verify", text, "--badge", badge, "--json"),
-        "empty": ("verify", empty, "--badge", badge, "--json"),
-        "folder": ("verify", tmp_path, "--badge", badge, "--json"),
-        "no badge": ("verify", text, "--badge", tmp_path / "none.json", "--json"),
-        "neither": ("verify", text, "--json"),
-        "both": ("verify", text, "--badge", badge, "--claim", "Ada", "--json"),
-        "no registry": ("verify", text, "--claim", "Ada", "--registry", f"sqlite:///{tmp_path}/none.db", "--json"),
-        "report there": ("verify", text, "--badge", badge, "--report", tmp_path / "report", "--json"),
-        "focal": ("verify", text, "--badge", badge, "--focal-px", "-3", "--json"),
-        "baseline": ("verify", text, "--badge", badge, "--cover", "0", "--pipeline", "published", "--json"),
-    }
-    for name, arguments in cases.items():
-        outcome = run(*arguments)
-        assert outcome.exit_code == 2, (name, outcome.output)
-        assert outcome.stdout == "", name
-        assert "Traceback" not in outcome.stderr and outcome.stderr.strip(), name
-    assert (tmp_path / "report" / "report.html").read_text() == "mine"
-    assert "cannot check --cover" in run(*cases["baseline"]).stderr

@@ -10,7 +10,7 @@ coded_films.py      films of given pictures, and short ones of long ones
 damaging.py         films coded anew, joined, damaged, or flagged as damaged; edit lists and boxes of MP4
 crafted_films.py    lists of other files and films of too many streams; a pipe that notes its readers
 crafted_media.py    media, links and devices that harm their reader
-hostile_verify.py   mutated and crafted media through plain verify
+hostile_verify.py   crafted media through plain verify
 numeric_films.py    tracks of a badge, made of numbers alone
 fringe_signals.py   phase signals of one grating, and series of them
 photographed.py     signals of a badge and of photographs of it

@@ -1,4 +1,4 @@
-"""Mutated and crafted media through plain `verify`.
+"""Crafted media through plain `verify`.
 
 Each is verified by the command, in a process of its own, with a deadline.  A right outcome is a verdict or a sentence;
 wrong are an internal error, a traceback, more than `MOST_S` or `MOST_MB`, and another file that was opened: each
@@ -8,25 +8,21 @@ crafted list names a pipe, and a pipe notes its readers.
 from __future__ import annotations
 
 import os
-import random
 import signal
 import subprocess
 import sys
 import tempfile
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from kit.coded_films import first_frames
 from kit.crafted_films import readers_of
 from kit.crafted_media import CRAFTED
 from kit.places import FILMS
 
 MOST_S, MOST_MB = 60.0, 1000.0
-#: Containers of the films that are mutated, and their frames: the longer ones are long enough to be judged.
-SOURCES = {"a.mp4": 20, "b.mkv": 20, "c.ts": 20, "d.mp4": 70, "e.mov": 20, "f.flv": 20}
 WRONG = ("inside moireid", "Traceback", "internal error")
 
 
@@ -84,52 +80,8 @@ def verified(path: Path) -> RunOutcome:
     return RunOutcome(code, words, time.monotonic() - begun, peak_kb / 1e3)
 
 
-def mutated(data: bytes, rng: random.Random) -> bytes:
-    """A film cut off, or with bits flipped, a part overwritten, repeated, exchanged, or its sizes changed."""
-    changed, kind = bytearray(data), rng.choice(("cut", "flip", "zero", "size", "swap", "repeat"))
-    place, size = rng.randrange(len(data)), rng.choice((4, 64, 1024, 8192))
-    other = rng.randrange(len(data))
-    if kind == "cut":
-        del changed[place:]
-    elif kind == "flip":
-        for _ in range(rng.choice((1, 4, 64, 1024))):
-            changed[rng.randrange(len(data))] ^= 1 << rng.randrange(8)
-    elif kind == "zero":
-        changed[place : place + size] = bytes(size)
-    elif kind == "size":
-        at = rng.choice((rng.randrange(min(2048, len(data))), max(len(data) - 1 - rng.randrange(4096), 0)))
-        changed[at : at + 4] = rng.choice((b"\xff" * 4, b"\x7f\xff\xff\xff", bytes(4), rng.randbytes(4)))
-    elif kind == "swap":
-        changed[place : place + size], changed[other : other + size] = (
-            data[other : other + size],
-            data[place : place + size],
-        )
-    else:
-        changed[place:place] = data[other : other + size] * rng.choice((2, 50))
-    return bytes(changed)
-
-
-def mutated_files(folder: Path, count: int, seed: int) -> Iterator[tuple[str, Callable[[], Path]]]:
-    """Names, and what makes the file of each; the same for a seed."""
-    for name, frames in SOURCES.items():
-        first_frames(FILMS / "genuine_1.0m.mp4", folder / name, frames)
-    for number in range(count):
-        rng = random.Random(seed * 1_000_003 + number)
-        source = folder / rng.choice(list(SOURCES))
-
-        def make(rng: random.Random = rng, source: Path = source) -> Path:
-            path = folder / f"mutated{source.suffix}"
-            path.write_bytes(mutated(source.read_bytes(), rng))
-            return path
-
-        yield f"mutated {number} ({source.suffix})", make
-
-
-def outcomes(folder: Path, count: int, seed: int) -> Iterator[tuple[str, RunOutcome, list[str]]]:
+def outcomes(folder: Path) -> Iterator[tuple[str, RunOutcome, list[str]]]:
     """Name, outcome and faults of each file."""
-    for name, make in mutated_files(folder, count, seed):
-        outcome = verified(make())
-        yield name, outcome, outcome.faults
     for name, craft in CRAFTED.items():
         own = folder / name.replace(" ", "_").replace("/", "_")
         own.mkdir()

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from moireid.simulate.effects.effect import Take
+from moireid.simulate.effects.effect import Step, Take
+from moireid.simulate.effects.table import effect_named
 from moireid.simulate.motion import Poses
 
 OUTLINE_MM = (0.0, 0.0, 100.0, 120.0)
@@ -22,6 +23,13 @@ def a_take(frames: int = 90, fps: float = 30.0, seed: int = 3) -> Take:
     board = np.array([[1, 0, -CENTRE_MM[0]], [0, 1, -CENTRE_MM[1]], [0, 0, 1.0]])
     local = np.stack([turn[:, :, 0], turn[:, :, 1], -np.einsum("tij,tj->ti", turn, camera)], axis=-1)
     return Take(lens @ local @ board, Poses(camera, turn), FOCAL_PX, CENTRE_MM, OUTLINE_MM, SIZE, fps, seed)
+
+
+def step_of(name: str) -> Step:
+    """What an effect of that name does to the pictures of `a_take`."""
+    begin = effect_named(name).begin
+    assert begin is not None
+    return begin(a_take())[0]
 
 
 def dotted(take: Take, number: int) -> np.ndarray:

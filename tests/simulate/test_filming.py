@@ -182,22 +182,6 @@ def test_the_command_films_with_camera_codec_and_recipe(prototype, tmp_path):
 # What is refused, and what is left behind.
 
 
-class Stop(Exception):
-    """Raised from the progress callback, as an interrupt would be."""
-
-
-def test_an_interrupted_film_leaves_nothing(prototype, tmp_path):
-    """Catches: a film written under its own name; a truth next to half a film; a temporary file forgotten."""
-
-    def stop(done: int, of: int) -> None:
-        if done == 3:
-            raise Stop
-
-    with pytest.raises(Stop):
-        shoot(prototype, tmp_path / "a.mp4", progress=stop)
-    assert list(tmp_path.iterdir()) == []
-
-
 @pytest.mark.parametrize("there", ["a.mp4", "a.mp4.truth.csv"])
 def test_nothing_is_overwritten_unasked(prototype, tmp_path, there):
     """Catches: a check of the film alone; a check after the work is done."""

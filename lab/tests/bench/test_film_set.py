@@ -102,19 +102,6 @@ def test_a_set_goes_on_where_it_stopped_and_replaces_nothing_unasked(plan: Path,
     assert ran(*command, "--overwrite").exit_code == 0 and "forged:drift" in (folder / "films.csv").read_text()
 
 
-@pytest.mark.slow
-@pytest.mark.usefixtures("here")
-def test_the_users_own_files_stay(plan: Path, tmp_path: Path, ada: Badge):
-    """Catches: badges of a set written over those of its plan."""
-    (tmp_path / "badge-1.json").write_text(ada.to_json().replace("Ada", "Eva"))
-    (tmp_path / "badge-2.json").write_text(ada.to_json())
-    plan.write_text("badge,frames\nbadge-2.json,2\nbadge-1.json,2\n")
-    assert ran("lab", "film-set", plan, "--out", tmp_path, "--workers", "1").exit_code == 0
-    assert "Eva" in (tmp_path / "badge-1.json").read_text() and "Ada" in (tmp_path / "badge-2.json").read_text()
-    names = [one.claimed.badge.name for one in read_manifest(tmp_path / "films.csv").entries]
-    assert names == ["Ada Lovelace", "Eva Lovelace"]
-
-
 @pytest.mark.parametrize(
     ("text", "words"),
     [

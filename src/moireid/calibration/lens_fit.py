@@ -1,4 +1,4 @@
-"""The lens profile of a sheet from its pitch test sheet: by a band's number, or from pictures.
+"""The lens profile of a sheet from pictures of its pitch test sheet.
 
 Convention: pitches are in units of the printed page, as markers, bands and lines are printed together.  With the scale
     measured by a ruler (`measured_scale`, printed over true size along x) they are true millimetres.
@@ -17,17 +17,14 @@ from numpy.typing import NDArray
 from moireid.badge import Badge
 from moireid.calibration.bands import BandReading, read_bands
 from moireid.calibration.chart_reading import ChartView, check_chart, printed_dot_mm, printed_frequencies
-from moireid.errors import MediaError, SpecError
+from moireid.errors import MediaError
 from moireid.lenticule import view_law
-from moireid.optics import front_pitch_at_match_mm
 from moireid.profiles import LensProfile
 from moireid.sheets import MM_PER_INCH, sheet_lens
 
 Array = NDArray[np.float64]
 #: Least number of bands for a fit.
 MIN_BANDS = 5
-#: Standard deviations of readings by eye: the matching band, in steps, and the distance, as a share.
-EYE_SD_STEPS, EYE_DISTANCE_SD = 0.5, 0.1
 #: A camera's lens and the registration stretch the picture by this share at most (standard deviation).
 STRETCH_SD = 0.005
 #: Error of a band in fringes in addition to its noise, from the lens's focus and uneven paper.
@@ -44,51 +41,6 @@ MAX_BEYOND_STEPS = 1.5
 #: A twist is estimated only if the phases of the bands' middles agree this well (1: fully).  It must also be small, as
 #: a far larger one looks like a small one (`chart_reading.PART_MM`).
 MIN_COHERENCE, MAX_TWIST_DEG = 0.8, 2.5
-
-
-def lens_from_band(
-    chart: Badge, band: float, *, distance_mm: float, measured_scale: float | None = None
-) -> LensProfile:
-    """Find a lens sheet's pitch from the matching band that a person read by eye.
-
-    Parameters
-    ----------
-    chart : Badge
-        The pitch test sheet.
-    band : float
-        Its number, from 1 at the top; 10.5 means a match between bands 10 and 11.
-    distance_mm : float
-        From the eye to the sheet, mm.
-    measured_scale : float, optional
-        Printed over true size along x, measured with a ruler; None if it was not measured.
-
-    Returns
-    -------
-    LensProfile
-        Of the sheet; `found` says how it came about.
-
-    Raises
-    ------
-    SpecError
-        Where the badge is no pitch test sheet, or has no such band.
-
-    Notes
-    -----
-    Convention: pitches are in units of the printed page; with `measured_scale` they are true millimetres.
-    Source: the matching band has (1 + g_eff / D) / p_r = 1 / p_f, with the traced gap g_eff.  Between two bands line
-    frequencies are interpolated.
-    """
-    check_chart(chart)
-    printed = printed_frequencies(chart)
-    if not 1 <= band <= len(printed):
-        raise SpecError(f"band {band:g} is not on this chart; give a number from 1 to {len(printed)}")
-    frequency = float(np.interp(band, np.arange(1, len(printed) + 1), printed))
-    gap_mm = _gap_mm(chart)
-    pitch_mm = front_pitch_at_match_mm(1 / frequency, effective_gap_mm=gap_mm, distance_mm=distance_mm)
-    step = float(np.abs(np.diff(printed)).mean())
-    sd = pitch_mm * math.hypot(EYE_SD_STEPS * step / frequency, EYE_DISTANCE_SD * gap_mm / distance_mm)
-    found = {"how": "a band read by eye", "band": band, "distance_mm": distance_mm}
-    return _profile(chart, pitch_mm, sd, found, measured_scale)
 
 
 def lens_from_views(
@@ -128,7 +80,7 @@ def lens_from_views(
 
     Notes
     -----
-    Convention: as `lens_from_band`.
+    Convention: module docstring.
     Source: robust least squares over the bands (Tukey's biweight), see `_agree`.  A twist a between sheet and page
     makes the phases of the bands' middles run down the page by 2 pi sin(a) / p_f per mm, and shortens the frequency
     across it by cos a.

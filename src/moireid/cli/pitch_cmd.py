@@ -27,9 +27,7 @@ from moireid.cli.sealed_reader import sealed_reader, unsealed_option
 from moireid.errors import SpecError
 
 if TYPE_CHECKING:
-    from moireid.calibration.ink_reading import InkGrowth
     from moireid.calibration.sheet_reading import SheetReading
-    from moireid.profiles import LensProfile
 
 
 @click.command("pitch-test")
@@ -121,12 +119,6 @@ def pitch_test_command(
 )
 @paper_option
 @click.option(
-    "--band",
-    type=FiniteRange(0, 1000),
-    metavar="NUMBER",
-    help="Number of the band that matches; 10.5 is between 10 and 11.",
-)
-@click.option(
     "--out",
     "out",
     required=True,
@@ -142,7 +134,7 @@ def pitch_test_command(
     "--distance",
     type=FiniteRange(0.1, 100),
     metavar="M",
-    help="Distance from eye or camera to the sheet, in metres; by eye, the default is the one that the chart is for.",
+    help="Distance from camera to the sheet, in metres, if known.",
 )
 @click.option(
     "--focal-px", type=FiniteRange(50, 100_000), metavar="PX", help="The camera's focal length in pixels, if known."
@@ -162,7 +154,6 @@ def calibrate_command(
     chart_json: Path | None,
     camera: bool,
     paper: str,
-    band: float | None,
     out: Path,
     printer_out: Path | None,
     distance: float | None,
@@ -174,10 +165,9 @@ def calibrate_command(
 ) -> None:
     """Make a lens profile from a chart of `moireid pitch-test`, or calibrate a camera.
 
-    Give a PHOTO or a film of the chart with the sheet on it, or the number of the matching band as --band. A film that
-    is moved sideways also measures the sheet's thickness; a photo from about 1 m also measures by how much the printer
-    widens lines. Then print badges for that sheet and printer: print-your-badge NAME --lens my-lens.json
-    --printer my-printer.json.
+    Give a PHOTO or a film of the chart with the sheet on it. A film that is moved sideways also measures the sheet's
+    thickness; a photo from about 1 m also measures by how much the printer widens lines. Then print badges for that
+    sheet and printer: print-your-badge NAME --lens my-lens.json --printer my-printer.json.
 
     \b
     A camera:
@@ -193,7 +183,6 @@ def calibrate_command(
     if camera:
         given: dict[str, object] = {
             "--chart": chart_json,
-            "--band": band,
             "--printer-out": printer_out,
             "--distance": distance,
         }
@@ -206,37 +195,28 @@ def calibrate_command(
         raise SpecError("give the pitch-test.json of the chart as --chart, or --camera to calibrate a camera")
     from moireid.badge import load_badge
     from moireid.calibration.film_orders import SheetOrder, film_read
-    from moireid.calibration.lens_fit import lens_from_band
     from moireid.calibration.sheet_reading import SheetReading, printer_profile
     from moireid.designer.order import parse_scale
     from moireid.files import planned
     from moireid.profiles import save_lens_profile, save_printer_profile
 
-    if (photo is None) == (band is None):
-        raise SpecError("give either a photo of the chart or --band with the matching band's number")
-    for option, value in (("--focal-px", focal_px), ("--printer-out", printer_out)):
-        if photo is None and value is not None:
-            raise SpecError(f"{option} belongs to a photo; give one in place of --band, or leave it out")
+    if photo is None:
+        raise SpecError("give a photo or a film of the chart, with the sheet on it")
     if not out.name.lower().endswith(".json"):
         raise SpecError(f"--out {out} must end in .json, by which --lens knows a lens profile")
     outs = [one for one in (out, printer_out) if one is not None]
     planned(outs, overwrite=overwrite, make_folders=False, kept=[chart_json, photo])
     scales = parse_scale(scale_text) if scale_text else None
-    scale, chart, ink = scales and scales[0], load_badge(chart_json), None
-    if band is not None:
-        distance = distance or (chart.range_m or (1.0,))[0]
-        made = lens_from_band(chart, band, distance_mm=1000 * distance, measured_scale=scale)
-    elif photo is not None:
-        order = SheetOrder(photo, chart, distance, focal_px, scale)
-        with sealed_reader([photo], unsealed=unsealed) as reader, progress_bar("reading the pitch test") as progress:
-            found = film_read(order, SheetReading, reader, progress)
-        made, ink = found.profile, found.ink
-        _say_notes(found)
+    chart = load_badge(chart_json)
+    order = SheetOrder(photo, chart, distance, focal_px, scales and scales[0])
+    with sealed_reader([photo], unsealed=unsealed) as reader, progress_bar("reading the pitch test") as progress:
+        found = film_read(order, SheetReading, reader, progress)
+    _say_notes(found)
     planned(outs, overwrite=overwrite, kept=[chart_json, photo])
-    if printer_out is not None and ink is not None:
-        save_printer_profile(printer_profile(chart, ink, scales), printer_out)
-    save_lens_profile(made, out)
-    _show(made, ink, out, as_json=as_json)
+    if printer_out is not None:
+        save_printer_profile(printer_profile(chart, found.ink, scales), printer_out)
+    save_lens_profile(found.profile, out)
+    _show(found, out, as_json=as_json)
 
 
 def _camera(film: Path | None, out: Path, paper: str, *, unsealed: bool, overwrite: bool, as_json: bool) -> None:
@@ -287,10 +267,11 @@ def _say_notes(found: SheetReading) -> None:
         say(f"note: the printer's ink growth is not measured: {found.ink.why}")
 
 
-def _show(profile: LensProfile, ink: InkGrowth | None, out: Path, *, as_json: bool) -> None:
+def _show(read: SheetReading, out: Path, *, as_json: bool) -> None:
     """Print the result."""
     from moireid.sheets import MM_PER_INCH
 
+    profile, ink = read.profile, read.ink
     pitch_mm, sd_mm, found = profile.lens.pitch_mm, profile.pitch_sd_mm, profile.found
     if as_json:
         show_json(
@@ -301,8 +282,8 @@ def _show(profile: LensProfile, ink: InkGrowth | None, out: Path, *, as_json: bo
                 "pitch_sd_mm": sd_mm,
                 "lines_per_inch": MM_PER_INCH / pitch_mm,
                 "thickness_mm": profile.lens.thickness_mm,
-                "ink_growth_um": ink.um if ink else None,
-                "ink_growth_sd_um": ink.sd_um if ink and ink.um is not None else None,
+                "ink_growth_um": ink.um,
+                "ink_growth_sd_um": ink.sd_um if ink.um is not None else None,
                 "from": found,
             }
         )
@@ -311,12 +292,9 @@ def _show(profile: LensProfile, ink: InkGrowth | None, out: Path, *, as_json: bo
     if "thickness_sd_mm" in found:
         thick_mm, thick_sd_mm = profile.lens.thickness_mm, found["thickness_sd_mm"]
         echo(f"  {thick_mm:.3f} mm thick, sd {thick_sd_mm:.3f} mm, from the fringes' motion")
-    if "bands_used" in found:
-        echo(
-            f"  {found['bands_used']} of {found['bands']} bands read; the match is at band {found['matching_band']:.2f}"
-        )
-        echo(f"  the sheet was rotated by {abs(found['twist_deg']):.2f} degrees, which is corrected")
-    if ink is not None and ink.um is not None:
+    echo(f"  {found['bands_used']} of {found['bands']} bands read; the match is at band {found['matching_band']:.2f}")
+    echo(f"  the sheet was rotated by {abs(found['twist_deg']):.2f} degrees, which is corrected")
+    if ink.um is not None:
         echo(f"  the printer widens lines by {ink.um:.0f} um, sd {ink.sd_um:.0f} um")
     if found["unit"] == "printed page":
         echo(

@@ -7,17 +7,30 @@ Source: Brown 1966; the names and order of OpenCV's `projectPoints`, whose first
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from moireid.arguments import Bounds, check_values
 from moireid.errors import SpecError
 from moireid.simulate.compiled import njit
 
 Array = NDArray[np.float64]
+#: Least and most of a camera's figures.
+BOUNDS: dict[str, Bounds] = {
+    "width": (2, 16384),
+    "height": (2, 16384),
+    "focal_px": (1.0, 1e6),
+    "shutter_s": (-1.0, 1.0),
+    "noise_counts": (0.0, 128.0),
+    "exposure_s": (0.0, 1.0),
+    "exposure": (0.0, 1e3),
+    "exposure_drift": (0.0, 0.9),
+    "focus_blur_px": (0.0, 50.0),
+    "sharpen": (0.0, 5.0),
+}
 
 
 @dataclass(frozen=True)
@@ -79,24 +92,7 @@ class Camera:
 
     def __post_init__(self) -> None:
         """Check all figures.  Raises: SpecError where no camera can have them."""
-        bounds = {
-            "width": (2, 16384),
-            "height": (2, 16384),
-            "focal_px": (1.0, 1e6),
-            "shutter_s": (-1.0, 1.0),
-            "noise_counts": (0.0, 128.0),
-            "exposure_s": (0.0, 1.0),
-            "exposure": (0.0, 1e3),
-            "exposure_drift": (0.0, 0.9),
-            "focus_blur_px": (0.0, 50.0),
-            "sharpen": (0.0, 5.0),
-        }
-        for name, (low, high) in bounds.items():
-            value = getattr(self, name)
-            if not low <= value <= high:
-                raise SpecError(f"a camera's {name} is {value:g}; give {low:g} to {high:g}", **{name: value})
-        if len(self.distortion) != 4 or not all(math.isfinite(value) for value in self.distortion):
-            raise SpecError(f"a camera's distortion is {self.distortion}; give k1, k2, p1, p2 as four finite numbers")
+        check_values(type(self), vars(self), BOUNDS)
 
     @property
     def matrix(self) -> Array:

@@ -280,6 +280,10 @@ def _check_backend(scene: Scene, backend: str, forge: str | None) -> None:
         return
     if scene.hidden_mm is not None:
         raise SpecError("the mitsuba backend covers no part of the board; use the analytic one")
+    if scene.light is not None:
+        raise SpecError(
+            "the mitsuba backend has a page that shines evenly; leave the light out, or use the analytic one"
+        )
     if forge is not None:
         raise SpecError(f"the mitsuba backend films true badges alone, not {forge}; use the analytic one")
     strange = [name for name in map(flaw_name, scene.build.differences) if name not in IN_MITSUBA]

@@ -60,7 +60,7 @@ FLAWS = {
 }
 
 #: What Mitsuba's scene has of a build, by option, or by field where there is none.
-IN_MITSUBA = ("ink", "print-scale", "feed", "focus", "thickness", "lens-scale", "offset", "turn", "glare", "seed")
+IN_MITSUBA = ("ink", "print-scale", "feed", "focus", "thickness", "lens-scale", "offset", "turn", "seed")
 #: Builds by name, beyond how a hand puts sheet and page together (`Build.typical`), by option; "typical" has no flaw.
 PRESETS: dict[str, dict[str, float]] = {
     "typical": {},

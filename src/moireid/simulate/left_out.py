@@ -103,15 +103,12 @@ def _unneeded(scene: Scene, backend: str, estimate: Estimate, instant: Instant, 
             works = (partial(render, one) for one in (exposed, instant))
             found.append(_apart(what, "measured: a frame with and without", *works))
     if not need.glare and scene.light is not None:
-        if backend == "mitsuba":
-            found.append(LeftOut("glare", 0.0, "traced in any case, and not added"))
-        else:
-            frames = (
-                AnalyticRenderer(replace(scene, need=replace(need, glare=glare)), rays=estimate.rays)
-                for glare in (True, False)
-            )
-            works = (partial(frame.render, instant) for frame in frames)
-            found.append(_apart("glare", "measured: a frame with and without", *works))
+        frames = (
+            AnalyticRenderer(replace(scene, need=replace(need, glare=glare)), rays=estimate.rays)
+            for glare in (True, False)
+        )
+        works = (partial(frame.render, instant) for frame in frames)
+        found.append(_apart("glare", "measured: a frame with and without", *works))
     return found
 
 

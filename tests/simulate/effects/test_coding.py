@@ -10,7 +10,7 @@ import pytest
 
 from moireid.badge import Badge
 from moireid.simulate.cameras import Camera
-from moireid.simulate.effects.table import KINDS, effect_named
+from moireid.simulate.effects.table import effect_named
 from moireid.simulate.film_badge import simulate
 from moireid.simulate.filming import film
 from moireid.simulate.motion import motion_named
@@ -69,15 +69,7 @@ def test_a_call_changes_its_sharpness_and_keeps_its_size(tmp_path):
     assert np.array_equal(spread > 30, [k // 30 % 2 == 0 for k in range(70)])
 
 
-# The table.
-
-
-def test_every_effect_has_three_rising_strengths_a_unit_and_a_source():
-    """Catches: strengths in no order, two that are equal, a figure without a word."""
-    for name, kind in KINDS.items():
-        steps = np.sign(np.diff(kind.figures))
-        assert kind.name == name and abs(steps.sum()) == 2 and kind.what and kind.source
-        assert all(kind.make(figure) is not None for figure in kind.figures)
+# What a wish names.
 
 
 def test_a_film_takes_the_effects_that_are_wished(prototype, tmp_path):

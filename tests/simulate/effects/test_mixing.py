@@ -5,15 +5,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from kit.takes import SIZE, a_take
-from moireid.simulate.effects.effect import Step
-from moireid.simulate.effects.table import effect_named
-
-
-def step_of(name: str) -> Step:
-    begin = effect_named(name).begin
-    assert begin is not None
-    return begin(a_take())[0]
+from kit.takes import SIZE, step_of
 
 
 def test_compensated_mixing_lowers_noise_of_a_picture_that_moves():

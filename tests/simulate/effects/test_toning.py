@@ -6,17 +6,10 @@ import cv2
 import numpy as np
 import pytest
 
-from kit.takes import SIZE, a_take
-from moireid.simulate.effects.effect import Step
+from kit.takes import SIZE, a_take, step_of
 from moireid.simulate.effects.table import effect_named
 from moireid.simulate.light import light_named
 from moireid.simulate.scene import Build, Camera, Scene
-
-
-def step_of(name: str) -> Step:
-    begin = effect_named(name).begin
-    assert begin is not None
-    return begin(a_take())[0]
 
 
 def test_exposure_follows_what_it_meters_in_steps():

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from moireid.verifier.decision.figures import SCALE, calibrated_log10, in_words
+from moireid.verifier.decision.figures import calibrated_log10, in_words
 from moireid.verifier.limits import CALIBRATION_CAP_LOG10
 
 
@@ -40,9 +40,3 @@ def test_words_go_by_the_scale_on_both_sides(log10, words):
     """Catches: a limit that belongs to the class below; strong support for the law in a forged film."""
     assert in_words(log10) == f"{words} support for the law"
     assert in_words(-log10) == f"{words} support for another explanation"
-
-
-def test_the_scale_falls_and_its_words_differ():
-    """Catches: a class that no odds reach."""
-    leasts = [least for least, _ in SCALE]
-    assert leasts == sorted(leasts, reverse=True) and len({words for _, words in SCALE}) == len(SCALE)

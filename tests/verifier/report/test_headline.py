@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from kit.report_documents import ASKED, LAW_ROW, NOW, REGISTRY, document, finding, rival
+from kit.report_documents import ASKED, NOW, REGISTRY, document, finding
 from moireid.provenance import BadgeHolder, Exclusion
 from moireid.verifier.report.circumstances import Circumstances, claimed_in
 from moireid.verifier.report.finding_words import CAUSES, WEIGHTIEST, sorted_findings
@@ -109,57 +109,6 @@ def test_a_revocation_is_told_before_all_else(law: str, identity: str) -> None:
     assert ("genuine" in found.text) == (law == "accept" and identity == "match")
     assert ("follow the law" in found.text) == (law == "reject")
     assert sorted_findings(gone["reasons"]).first[0]["code"] == "revoked"
-
-
-@pytest.mark.parametrize(
-    ("table", "words"),
-    [
-        ([rival("still", -40.0), rival("drift", -40.2)], "they stay still while the badge moves"),
-        # What was measured comes before a delay that is fitted to what little is left.
-        ([rival("still", -7.8), rival("late", -9.4, late_s=0.2)], "they stay still while the badge moves"),
-        (
-            [rival("late", -9.4, late_s=0.2), rival("another_gain", -8.0, gain=0.03)],
-            "they hardly move where they should",
-        ),
-        (
-            [rival("late", -9.4, late_s=0.2), rival("another_gain", -8.0, gain=-0.4)],
-            "they go the other way than they should",
-        ),
-        ([rival("still", -0.1), rival("drift", -5.4), rival("place", -2.0)], "they drift at a constant speed"),
-        ([rival("drift", -2.0), rival("late", -8.0, late_s=0.4)], "they come 0.4 s late"),
-        ([rival("late", -8.0, late_s=-0.4)], "they come 0.4 s early"),
-        ([rival("place", -6.0), rival("own_motion", -50.0)], "they go with the badge's place in the picture"),
-        ([rival("another_gain", -4.3, gain=0.52)], "they move half as far as they should"),
-        (
-            [rival("drift", 3.0), rival("spell", -5.0, gain=0.0, start_s=2.0, end_s=3.51)],
-            "they leave the law from 2.0 to 3.5 s",
-        ),
-        # A rival that leaves much of the film, or is hardly better than another, is not named.
-        (
-            [rival("late", -8.0, late_s=0.4, deviation_rad=0.11), rival("own_motion", -50.0, motion_share=1.42)],
-            "they differ from the law (by 1.4 times its motion)",
-        ),
-        (
-            [rival("drift", -5.4), rival("late", -5.6, late_s=-2.0), rival("own_motion", -9.0)],
-            "they move by themselves",
-        ),
-        (
-            [rival("spell", -5.0, start_s=2.0, end_s=3.5, deviation_rad=0.11), rival("own_motion", -9.0)],
-            "they move by themselves",
-        ),
-        (
-            [rival("own_motion", -50.0, motion_share=0.231, start_s=2.34, end_s=3.34)],
-            "they differ from the law (by 23 % of its motion, most from 2.3 to 3.3 s)",
-        ),
-        # No rival is better by more than chance.
-        ([rival("drift", -0.9), rival("still", 4.0)], "they differ from the law"),
-    ],
-)
-def test_the_best_rival_says_what_the_fringes_do(table: list[dict[str, Any]], words: str) -> None:
-    """Catches: a cause that is fitted named before what was measured; one that leaves most of the film unexplained; the
-    freest rival named where a plain one does as well; a sign of the delay that is turned around."""
-    broken = document("reject", finding("residual", measured=1.2), law="reject", explanations=[LAW_ROW, *table])
-    assert title(broken) == f"The fringes do not follow the law: {words}"
 
 
 @pytest.mark.parametrize(

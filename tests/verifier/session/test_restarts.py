@@ -81,8 +81,9 @@ def test_times_that_start_anew_hide_no_drift(films: Path, prototype: Badge):
     assert invariant_of(verifier.chapters).verdict == "reject"
 
 
-def test_a_time_that_is_none_is_refused(prototype: Badge):
+@pytest.mark.parametrize("time_s", [float("nan"), float("inf"), -float("inf")])
+def test_a_time_that_is_none_is_refused(prototype: Badge, time_s: float):
     """Catches: nan, to which no time is earlier or later, let into the film."""
     verifier = Verifier(Question(prototype), running=False)
-    with pytest.raises(SpecError, match="time nan"):
-        verifier.push(Frame(0, float("nan"), np.zeros((90, 160), np.uint8)))
+    with pytest.raises(SpecError, match=f"time {time_s}"):
+        verifier.push(Frame(0, time_s, np.zeros((90, 160), np.uint8)))

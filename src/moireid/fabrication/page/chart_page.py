@@ -78,9 +78,8 @@ def _write_words(sheet: PdfPage, chart: Badge) -> None:
         room_mm,
         [
             "1. Lay the lens sheet on the bands, ribs up and along the lines. Leave one row of numbers free.",
-            f"2. Close one eye. Look from {chart.range_m[0]:g} m away, straight in front.",
-            "3. Turn the sheet until the fringes are upright. Find the band that is all light",
-            "or all dark from edge to edge at once as you move a little. Note its number.",
+            f"2. Look from {chart.range_m[0]:g} m away. Turn the sheet until the fringes are upright. The band that is",
+            "all light or all dark from edge to edge, and changes at once as you move a little, has the sheet's pitch.",
         ],
     )
     _lines(
@@ -89,9 +88,9 @@ def _write_words(sheet: PdfPage, chart: Badge) -> None:
         chart.squares.centers_mm[3][1] - 10.0,
         room_mm,
         [
-            f"Then:  moireid calibrate --chart {JSON} --band NUMBER --out my-lens.json",
-            "or give, in place of the number, a photo of the whole board with all four squares.",
-            "The photo also shows by how much the printer widens lines: leave the lowest row of patches free.",
+            "3. Photograph the whole board with all four squares. Leave the lowest row of patches free:",
+            "it shows by how much the printer widens lines.",
+            f"Then:  moireid calibrate PHOTO --chart {JSON} --out my-lens.json",
         ],
     )
     _fill_lines(sheet, chart, [line for patch in ink_patches(chart) for line in patch.lines_mm])

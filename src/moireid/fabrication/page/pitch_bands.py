@@ -7,8 +7,7 @@ bands below it with the eye.
 
 Convention: mm on the sheet of paper, origin top left; an error is the pitch of the lenses over that of the design less
 1, as they lie on this print.
-Source: `optics.front_pitch_at_match_mm` solved for the printed pitch, p_r = p_f (1 + error)(1 + g_eff / D), from the
-distance D of `look_m`.
+Source: `optics.beat_frequency_per_mm` of 0: p_r = p_f (1 + error)(1 + g_eff / D), from the distance D of `look_m`.
 """
 
 from __future__ import annotations

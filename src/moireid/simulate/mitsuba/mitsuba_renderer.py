@@ -5,22 +5,13 @@ dielectric; the printed lines under it are strips of the page, exact to float32,
 paper; the rest of the page is a picture behind them.  Nothing here shares a line of optics with `analytic` or
 `lenticule`.  What they have in common is the description (`Scene`, `Instant`) and the markers' picture.
 
-Without a light in the scene (`Scene.light`) the red channel carries the radiance, and green the share of rays that came
-through: page and paper emit 1 in it.  Red over green is the mean over the refracted rays.  So reflected light does not
-show in the picture, nor the random choice by which Mitsuba reflects a ray.  One difference stays: rays are weighted by
-the light that passes.
+The red channel carries the radiance, and green the share of rays that came through: page and paper emit 1 in it.  Red
+over green is the mean over the refracted rays.  So reflected light does not show in the picture, nor the random choice
+by which Mitsuba reflects a ray.  One difference stays: rays are weighted by the light that passes.
 
-Left out: without a light, glare and direction; in any case colour, the rolling shutter, the sheet's hidden face, rays
-that leave the lens through its neighbour's flank, and those that are reflected within.  Mount and background are left
-out too.  Forgeries and hidden parts are refused.
-
-With a light the scene is a matt page, a disc that shines, and an even sky, and is path-traced.  Rays are not aimed at
-the light: a ray goes through a lens to the page, leaves it in any direction, and counts if it finds the disc or the sky
-through a lens.  So a disc a few degrees wide needs some thousand rays in each pixel.
-
-The red channel carries light from the page, green light that the lens mirrors; they are added.  In red the sheet
-mirrors nothing, inside or outside.  So light from the page to the lens and back is left out, as in `analytic`.  The
-lights are brighter in red by the loss of two passages through the surface, so that both channels have one scale.
+Left out: light from a direction and its glare, colour, the rolling shutter, the sheet's hidden face, rays that leave
+the lens through its neighbour's flank, those that are reflected within, mount and background.  Lights, forgeries and
+hidden parts are refused.
 
 `estimate_mitsuba` estimates the error on one frame before a film is made, and `cheapest_mitsuba` finds the cheapest
 setting that meets a wish.  Two renders of one frame with independent seeds differ by the square root of two times the
@@ -32,10 +23,8 @@ Not included: an error that finer segments share, such as Mitsuba's offset of ra
 difference to the independent tracer of `moireid bench simulate`, 0.004 rad at tangents of 0.3, because Mitsuba weights
 rays by the light that the lens lets pass.
 
-Convention: board frame of `motion`, mm, origin at the board's centre; the lens apex plane is z = -g, the page z = 0;
-the light's disc is in the same frame; `light` for the scale of radiance.
-Source: Mitsuba 3.9.1, plugins `dielectric`, `area`, `direct`, `perspective`, and under a light `path`, `diffuse`,
-`dielectric`, `disk`, `constant`; `docs/explanation/physics.md`.
+Convention: board frame of `motion`, mm, origin at the board's centre; the lens apex plane is z = -g, the page z = 0.
+Source: Mitsuba 3.9.1, plugins `dielectric`, `area`, `direct`, `perspective`; `docs/explanation/physics.md`.
 """
 
 from __future__ import annotations
@@ -49,11 +38,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.badge import Lens
 from moireid.simulate.analytic.accuracy import Estimate, compare, first_within
 from moireid.simulate.analytic.analytic_renderer import BoardRadiance, Crop, board_box
-from moireid.simulate.light import DiscLight, straight_share
-from moireid.simulate.mitsuba.scene_parts import clear, mesh, pinhole, reflecting, rest_of_page, shining
+from moireid.simulate.mitsuba.scene_parts import clear, mesh, pinhole, rest_of_page, shining
 from moireid.simulate.mitsuba.sheet import (
     front_strips,
     mask_strips,
@@ -65,47 +52,6 @@ from moireid.simulate.mitsuba.variant import loaded_mitsuba
 from moireid.simulate.mitsuba.view import coverage, film_box, middle_view
 from moireid.simulate.motion import Poses
 from moireid.simulate.scene import Instant, Scene
-
-#: In by one lens, off the page, out by a lens, and to the light.
-LIT_INTEGRATOR = {"type": "path", "max_depth": 4, "rr_depth": 100}
-
-
-def lit_page(mi: Any, scene: Scene) -> dict[str, dict[str, Any]]:
-    """Surfaces of a page under a light: matt under the sheet; outside the sheet it shines by itself, as paper.
-
-    Convention: module docstring.
-    Source: the same.
-    """
-    return {
-        "ink": reflecting(mi, scene.ink),
-        "paper": reflecting(mi, scene.paper),
-        "glass": clear(mi, scene.lens.refractive_index, (0.0, 1.0, 0.0)),
-        "bars": shining(mi, scene.ink, 0.0),
-        "walls": shining(mi, scene.paper, 0.0),
-    }
-
-
-def lamps(mi: Any, lens: Lens, light: DiscLight) -> dict[str, Any]:
-    """The sky, and the disc, which faces the board's centre.
-
-    Convention: module docstring.
-    Source: a disc's normal in Mitsuba is its own z.
-    """
-    n = lens.refractive_index
-    # Radiance is multiplied by n squared on the way in and divided by it on the way out: this corrects for that.
-    to_page = n**2 / straight_share(n) ** 2
-    sky = 1.0 - light.share
-    made: dict[str, Any] = {
-        "sky": {"type": "constant", "radiance": {"type": "rgb", "value": [sky * to_page, sky, 0.0]}}
-    }
-    if light.share > 0:
-        upright = [0.0, 1.0, 0.0] if abs(light.place_mm[1]) < 0.9 * np.linalg.norm(light.place_mm) else [1.0, 0.0, 0.0]
-        facing = mi.ScalarTransform4f().look_at(origin=list(light.place_mm), target=[0.0, 0.0, 0.0], up=upright)
-        size = mi.ScalarTransform4f().scale([light.radius_mm, light.radius_mm, 1.0])
-        shines = shining(mi, light.radiance * to_page, light.radiance)
-        made["disc"] = {"type": "disk", "to_world": facing @ size, **shines}
-    return made
-
 
 Array = NDArray[np.float64]
 #: Radiance of the blackest ink.
@@ -132,18 +78,15 @@ class MitsubaRenderer:
         self.scene, self.samples, self._seed = scene, samples, seed
         self._film: tuple[int, int] | None = None
         with loaded_mitsuba() as mi:
-            described = {"type": "scene", "page": rest_of_page(mi, scene, 1.0 if scene.light is None else 0.0)}
+            described = {"type": "scene", "page": rest_of_page(mi, scene)}
             for number in range(len(scene.badge.gratings)):
                 # In Mitsuba a lamp belongs to one surface, so each grating has its own.
-                surfaces = _shining_page(mi, scene) if scene.light is None else lit_page(mi, scene)
+                surfaces = _shining_page(mi, scene)
                 for part, made in grating_parts(mi, scene, number, segments, surfaces).items():
                     described[f"grating{number}_{part}"] = made
-            if scene.light is not None:
-                described |= lamps(mi, scene.lens, scene.light)
             self._world = mi.load_dict(described)
             # Rays pass one refraction and end at what shines there; the page shines by itself, so no lamp is sampled.
-            own_light: dict[str, Any] = {"type": "direct", "emitter_samples": 0, "bsdf_samples": 1}
-            self._integrator = mi.load_dict(own_light if scene.light is None else LIT_INTEGRATOR)
+            self._integrator = mi.load_dict({"type": "direct", "emitter_samples": 0, "bsdf_samples": 1})
 
     def render(self, instant: Instant, *, crop: Crop | None = None) -> BoardRadiance | None:
         """Render one frame of the pixels that see the board; None where no pixel does.
@@ -162,19 +105,13 @@ class MitsubaRenderer:
         box = crop or seen
         picture = self._trace(view, box)
         share = coverage(self.scene, view, box)
-        mirrored = picture[..., 1] if self.scene.need.glare else 0.0
-        radiance = self._of_shining_page(picture) if self.scene.light is None else picture[..., 0] + mirrored
+        through = picture[..., 1]
+        # A pixel that sees the board, but through which no ray came (a sheet's open edge), counts as paper.
+        radiance = np.full(through.shape, self.scene.paper)
+        np.divide(picture[..., 0], through, out=radiance, where=through > 0)
         return BoardRadiance(
             np.where(share > 0, radiance, 0.0).astype(np.float32), share.astype(np.float32), box[0], box[1]
         )
-
-    def _of_shining_page(self, picture: Array) -> Array:
-        """Radiance as the mean over the rays that came through, (height, width)."""
-        through = picture[..., 1]
-        # A pixel that sees the board, but through which no ray came (a sheet's open edge), counts as paper.
-        paper = np.full(through.shape, self.scene.paper)
-        np.divide(picture[..., 0], through, out=paper, where=through > 0)
-        return paper
 
     def _trace(self, view: Poses, box: Crop) -> Array:
         """What Mitsuba's camera sees in the box, (height, width, 3)."""

@@ -24,29 +24,15 @@ from moireid.simulate.scene import Scene
 Array = NDArray[np.float64]
 
 
-def shining(mi: Any, red: float, green: float, blue: float = 0.0) -> dict[str, Any]:
+def shining(mi: Any, red: float, green: float) -> dict[str, Any]:
     """A surface that emits these radiances and reflects nothing."""
-    lamp = mi.load_dict({"type": "area", "radiance": {"type": "rgb", "value": [red, green, blue]}})
+    lamp = mi.load_dict({"type": "area", "radiance": {"type": "rgb", "value": [red, green, 0.0]}})
     return {"emitter": lamp, "bsdf": _black(mi)}
 
 
-def clear(mi: Any, refractive_index: float, reflected: tuple[float, float, float] = (1.0, 1.0, 1.0)) -> dict[str, Any]:
-    """A clear surface between air in front and the sheet behind; `reflected` scales what it mirrors, by channel."""
-    return {
-        "bsdf": mi.load_dict(
-            {
-                "type": "dielectric",
-                "int_ior": refractive_index,
-                "ext_ior": 1.0,
-                "specular_reflectance": {"type": "rgb", "value": list(reflected)},
-            }
-        )
-    }
-
-
-def reflecting(mi: Any, red: float) -> dict[str, Any]:
-    """A matt surface that reflects this share of the light, in the red channel only."""
-    return {"bsdf": mi.load_dict({"type": "diffuse", "reflectance": {"type": "rgb", "value": [red, 0.0, 0.0]}})}
+def clear(mi: Any, refractive_index: float) -> dict[str, Any]:
+    """A clear surface between air in front and the sheet behind."""
+    return {"bsdf": mi.load_dict({"type": "dielectric", "int_ior": refractive_index, "ext_ior": 1.0})}
 
 
 def _black(mi: Any) -> Any:
@@ -54,10 +40,9 @@ def _black(mi: Any) -> Any:
     return mi.load_dict({"type": "diffuse", "reflectance": 0.0})
 
 
-def rest_of_page(mi: Any, scene: Scene, green: float) -> Any:
+def rest_of_page(mi: Any, scene: Scene) -> Any:
     """Paper and markers, and paper around the printed lines, just behind the lines' own strips.
 
-    Parameters: green: what the page carries in that channel.
     Convention: the picture is `analytic.page_texture`, one cell of it one colour.
     """
     picture = page_texture(scene)
@@ -66,7 +51,7 @@ def rest_of_page(mi: Any, scene: Scene, green: float) -> Any:
     # The picture's last row and column may reach beyond the board by a part of a pixel.
     share = 2 * half * TEXTURE_PX_PER_MM / np.array(picture.shape[::-1])
     places = np.stack([np.array(ACROSS) * share[0], np.array(ALONG) * share[1]], axis=-1)
-    bitmap = mi.Bitmap(np.stack([picture, np.full_like(picture, green), np.zeros_like(picture)], axis=-1))
+    bitmap = mi.Bitmap(np.stack([picture, np.ones_like(picture), np.zeros_like(picture)], axis=-1))
     lamp = mi.load_dict(
         {
             "type": "area",
