@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from codecs import BOM_UTF8
 from pathlib import Path
 
 from click.testing import CliRunner, Result
@@ -22,6 +23,8 @@ def test_a_format_and_a_number_give_list_and_files(tmp_path: Path) -> None:
     assert plain.exit_code == 0, plain.output
     made = {path.name for path in (tmp_path / "shop").iterdir()}
     assert made == {"shopping-list.pdf", "shopping-list.csv", "cutting-plan.pdf"}
+    # By the byte order mark, spreadsheets know UTF-8.
+    assert (tmp_path / "shop" / "shopping-list.csv").read_bytes().startswith(BOM_UTF8)
     document = json.loads(run(*options, "--json").stdout)
     assert document["people"] == 40 and document["cutting"]["sheets"] == 11 and document["files"] == {}
     amounts = {line["key"]: line["quantity"] for line in document["lines"]}
