@@ -2,9 +2,9 @@
 
 In a `console` block a line that begins with `$ ` is typed, with the lines by which it goes on (after a backslash, or up
 to the END of `<< END`); the lines below must come out, whole and in that order, with anything between them; `…` is
-for any letters.  What `ls` shows is all that there is, in any columns.  What is typed ends with exit code 0, or says another: `# exit code 3`.  A server runs until the page
-ends.  What a `python` block prints is in a `text` block after it.  A block that is not run has
-`<!-- not run: reason -->` above it.
+for any letters.  What `ls` shows is all that there is, in any columns.  What is typed ends with exit code 0, or says
+another: `# exit code 3`.  A server runs until the page ends.  What a `python` block prints is
+in a `text` block after it.  A block that is not run has `<!-- not run: reason -->` above it.
 """
 
 from __future__ import annotations

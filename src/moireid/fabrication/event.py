@@ -1,7 +1,7 @@
 """The badges of many people: sheets filled with as many boards as fit, and a folder for each person.
 
-All boards of an event have the same layout, so every sheet has them at the same places.  All files are made in a temporary folder and moved into place together, so an event that fails leaves
-nothing.
+All boards of an event have the same layout, so every sheet has them at the same places.  All files are made in a
+temporary folder and moved into place together, so an event that fails leaves nothing.
 """
 
 from __future__ import annotations
