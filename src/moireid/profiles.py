@@ -36,8 +36,15 @@ FORMS = ("dots", "vector")
 Profile = TypeVar("Profile", "LensProfile", "PrinterProfile")
 #: Pitch, mm, thickness, mm, and refractive index of sheets of glass or plastic, least and most.
 SHEET_RANGES = ((0.127, 2.54), (0.05, 20.0), (1.2, 2.0))
-#: Paper sizes, width by height, mm (ISO 216; ANSI A).
-PAPERS_MM = {"a4": (210.0, 297.0), "letter": (215.9, 279.4), "a3": (297.0, 420.0)}
+#: Paper sizes, width by height, mm (ISO 216 and 217; ANSI A); from SRA3 on, those of print shops.
+PAPERS_MM = {
+    "a4": (210.0, 297.0),
+    "letter": (215.9, 279.4),
+    "a3": (297.0, 420.0),
+    "sra3": (320.0, 450.0),
+    "a2": (420.0, 594.0),
+    "a1": (594.0, 841.0),
+}
 
 
 @dataclass(frozen=True)

@@ -76,7 +76,7 @@ def list_for(
         For a number of people that no event has.
     """
     from moireid.designer import Order
-    from moireid.designer.formats import format_of
+    from moireid.designer.formats import LENSES_MM, by_lens, format_of
     from moireid.fabrication.shopping.shopping_list import shopping_list
     from moireid.issuing import choose_parts
     from moireid.materials import materials_for
@@ -92,7 +92,10 @@ def list_for(
     notes = [note] if note and kind != "acrylic" else []
     if found.cutting is not None:
         notes += _sheet_notes(found.cutting, assumed=sheet_mm is None)
-    return replace(found, notes=(*notes, *found.notes))
+    spans = [f"{span} ({mm:g} mm)" for span, mm in zip(by_lens(badge.range_m or (1, 1)), LENSES_MM, strict=True)]
+    judged = f" Judged in films of 1080p, by the camera's lens (27 mm: a phone): {', '.join(spans)}."
+    title = found.title + judged * (badge.range_m is not None)
+    return replace(found, title=title, notes=(*notes, *found.notes))
 
 
 def _sheet_notes(plan: CuttingPlan, *, assumed: bool) -> list[str]:

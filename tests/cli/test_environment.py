@@ -44,8 +44,8 @@ def test_an_option_comes_before_the_environment(tmp_path: Path, monkeypatch: pyt
         made = json.loads(done("print", "Ada", "--out", "a", "--mount", "none", "--json", "--overwrite", *words))
         assert made["issued"] is False
         assert json.loads((tmp_path / "a" / "badge.json").read_text())["page"]["width_mm"] == pytest.approx(wide)
-    monkeypatch.setenv("MOIREID_PAPER", "a2")
-    assert "'a2' is not one of 'a4', 'letter', 'a3'" in refused("print", "Ada", "--out", "b", "--mount", "none")
+    monkeypatch.setenv("MOIREID_PAPER", "a9")
+    assert "'a9' is not one of 'a4', 'letter', 'a3'" in refused("print", "Ada", "--out", "b", "--mount", "none")
 
 
 def test_a_plain_path_is_an_sqlite_file_everywhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

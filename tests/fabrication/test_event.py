@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+from codecs import BOM_UTF8
 from dataclasses import replace
 from pathlib import Path
 
@@ -123,6 +124,7 @@ def test_the_command_makes_folders_summary_and_records(tmp_path, monkeypatch):
     assert [one["name"] for one in document["people"]] == ["Zoë", "Ada", "ßÄ/.."]
     assert document["people"][1]["id"] == "0f5ac3962d784be1" and document["sheets"] == 1
     summary = list(csv.DictReader((tmp_path / "event" / "summary.csv").open(encoding="utf-8-sig")))
+    assert (tmp_path / "event" / "summary.csv").read_bytes().startswith(BOM_UTF8)
     assert [row["name"] for row in summary] == ["Zoë", "Ada", "ßÄ/.."]
     with open_registry(url, create=False) as registry:
         for row in summary:
@@ -149,7 +151,7 @@ def test_the_mask_of_an_event_is_no_single_badges(tmp_path):
     """Catches: one person's id on the film that all get, and an organiser who prints one film for many."""
     people = listed(tmp_path / "people.csv", "name\nAda\nGrace\nEve\n")
     outcome = run(people, tmp_path / "event", "--front", "mask")
-    assert outcome.exit_code == 0 and "print it 3 times" in outcome.output
+    assert outcome.exit_code == 0 and "print it 3 times" in outcome.output and "One mount" not in outcome.output
     words = pdfium.PdfDocument(tmp_path / "event" / "badges.pdf")[1].get_textpage().get_text_bounded()
     assert "Mask of 3 badges: print 3 times" in words and "page 1" not in words
     alone = pdfium.PdfDocument(tmp_path / "event" / "001-ada" / "badge.pdf")[1].get_textpage().get_text_bounded()

@@ -2,9 +2,9 @@
 
 In a `console` block a line that begins with `$ ` is typed, with the lines by which it goes on (after a backslash, or up
 to the END of `<< END`); the lines below must come out, whole and in that order, with anything between them; `…` is
-for any letters.  What is typed ends with exit code 0, or says another: `# exit code 3`.  A server runs until the page
-ends.  What a `python` block prints is in a `text` block after it.  A block that is not run has
-`<!-- not run: reason -->` above it.
+for any letters.  What `ls` shows is all that there is, in any columns.  What is typed ends with exit code 0, or says
+another: `# exit code 3`.  A server runs until the page ends.  What a `python` block prints is
+in a `text` block after it.  A block that is not run has `<!-- not run: reason -->` above it.
 """
 
 from __future__ import annotations
@@ -154,6 +154,9 @@ class Session:
         else:
             ended, said = self._ask(self._bash, f"{{ {command}\n}} < /dev/null; printf '\\n{MARK}%d\\n' $?\n")
         assert ended == wanted, f"{where}: $ {typed}\nends with exit code {ended}, not {wanted}\n{said}"
+        if command.startswith("ls "):
+            assert " ".join(shown).split() == said.split(), f"{where}: $ {typed}\nshows\n{said}"
+            return
         line = unseen(shown, said)
         assert line is None, f"{where}: $ {typed}\n{line!r} is shown, but what comes is\n{said}"
 

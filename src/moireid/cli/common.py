@@ -96,7 +96,7 @@ json_option = click.option("--json", "as_json", is_flag=True, help="Print the re
 overwrite_option = click.option("--overwrite", is_flag=True, help="Replace files that already exist.")
 
 
-PAPER, PRINTER_DPI = click.Choice(["a4", "letter", "a3"]), click.IntRange(72, 9600)
+PAPER, PRINTER_DPI = click.Choice(["a4", "letter", "a3", "sra3", "a2", "a1"]), click.IntRange(72, 9600)
 
 
 printer_dpi_option = click.option(
@@ -113,7 +113,7 @@ paper_option = click.option(
     type=PAPER,
     default="a4",
     show_default=True,
-    help="Paper size.",
+    help="Paper size; from sra3 on, a print shop's.",
 )
 form_option = click.option(
     "--form",

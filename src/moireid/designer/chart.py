@@ -51,8 +51,8 @@ def design_chart(
         Label of a lens sheet such as "50lpi", or the path of a lens profile.
     printer_dpi : int
         Dots to the inch of the printer.
-    paper : {"a4", "letter"}
-        The page.
+    paper : str
+        The page, one of `profiles.PAPERS_MM`.
     distance_m : float
         From where the sheet is to be read, m.
     steps : int

@@ -8,6 +8,7 @@ beat levels divide the interval between the two.
 from __future__ import annotations
 
 import math
+from bisect import bisect_left
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -15,7 +16,7 @@ from pathlib import Path
 from moireid.badge import Badge, Cell, Code, Grating, Lens
 from moireid.designer.formats import PHONE_MM, format_named, turned
 from moireid.designer.grid import DUTY, Grid, bands, cells_and_roles, choose_grid
-from moireid.designer.layout import Layout, lay_out
+from moireid.designer.layout import Layout, lay_out, page_for
 from moireid.designer.order import DESIGN_FOCAL_PX, FAMILY_BYTES, GAP_MM, Order, Pair
 from moireid.designer.reach import (
     MIN_FRINGES,
@@ -31,9 +32,10 @@ from moireid.idcodes import CodeFamily, family_named
 from moireid.idcodes.pitch import BANDS
 from moireid.idcodes.pitch import LEVELS as PITCH_LEVELS
 from moireid.idcodes.spacing import PHASE_LEVELS
+from moireid.materials import materials
 from moireid.optics import rear_pitch_for_beat_mm
-from moireid.profiles import Printer, lens_named, mask_named, sheet_of_thickness
-from moireid.sheets import MM_PER_INCH
+from moireid.profiles import PAPERS_MM, Printer, lens_named, mask_named, sheet_of_thickness
+from moireid.sheets import MM_PER_INCH, PRODUCTS
 
 #: More spacing of levels than this many fringes across the grating only shortens the fringes.
 MAX_STEP_FRINGES = 0.55
@@ -43,6 +45,8 @@ MIN_DOTS_PER_LINE = 3.0
 MAX_DOT_PHASE_RAD = 0.25
 #: Times a phone's focal length: 135 mm, the longest lens of the table of distances; the verifier solves up to it.
 LONGEST = 5.0
+#: Sizes of boards that are tried where one is too small, of its own.
+PERCENTS = range(102, 1000)
 #: Resolutions that printers have; beyond 1200 dpi no line of a lens sheet's pitch can be off by so much.
 PRINTER_DPI = (300, 360, 400, 600, 720, 1200, 1440, 2400)
 #: Beat levels of the spacing family's uniform rows.
@@ -174,23 +178,58 @@ def filled(order: Order, payload_bytes: int | None = None) -> Order:
 
 
 def _larger(order: Order, payload_bytes: int, error: DesignError) -> str:
-    """What else to do: the least board of that shape that is read over the range; a longer lens where none is.
+    """What else to do: the least board of that shape that serves, with a coarser lens sheet where that saves
+    paper of a print shop; a longer lens of the camera where none serves.
 
     Parameters: error: that of `check_range`.
     """
-    assert order.size_mm is not None and order.range_m is not None
-    for percent in range(102, 300, 2):
-        width, height = (round(side * percent / 100) for side in order.size_mm)
-        for paper in dict.fromkeys((order.paper, "a3")):
-            wish = replace(order, format=None, orientation=None, size_mm=(width, height), paper=paper)
-            with suppress(DesignError):
-                _drawing(wish, payload_bytes)
-                return f", or give --size {width}x{height}" + (f" --paper {paper}" if paper != order.paper else "")
+    assert order.range_m is not None
+    papers, wishes = list(PAPERS_MM), [order]
+    if order.front == "lens":
+        sheets = [(PRODUCTS[row.label], row.label) for row in materials() if row.label and row.sold]
+        coarser = [one for one in sheets if one[0].pitch_mm > _front(order).pitch_mm]
+        coarser.sort(key=lambda one: (one[0].pitch_mm, one[0].thickness_mm))
+        wishes += [replace(order, lens=label, lens_thickness_mm=None) for _, label in coarser]
+    if boards := [board for wish in wishes if (board := _least_board(wish, payload_bytes))]:
+        # Of those alike, `min` takes the first: the order's own sheet, and then the finest and thinnest.
+        board = min(boards, key=lambda board: max(papers.index(board.paper), papers.index("a3")))
+        paper = f" --paper {board.paper}" if board.paper != order.paper else ""
+        lens = f" --lens {board.lens}" if board.lens != order.lens else ""
+        return ", or give --size {:g}x{:g}".format(*board.size_mm or ()) + paper + lens
     longer = order.range_m[1] / float(str(error.details["far_m"]))
     if not 1 < longer <= LONGEST:
         return ""
     lens_mm = math.ceil(PHONE_MM * longer)
-    return f"; no board up to A3 is read so far with this sheet: film with a lens of {lens_mm} mm, not {PHONE_MM:g}"
+    return f"; no board up to {papers[-1].upper()} is read so far: film with a lens of {lens_mm} mm, not {PHONE_MM:g}"
+
+
+def _least_board(order: Order, payload_bytes: int) -> Order | None:
+    """The order for the least board of that shape that is read over the range, on the least paper; None for none.
+
+    Source: larger boards are read farther, so it is found by halving.
+    """
+    assert order.size_mm is not None and order.range_m is not None
+    width, height, far_m = *order.size_mm, order.range_m[1]
+
+    def wish(percent: int) -> Order:
+        size_mm = float(round(width * percent / 100)), float(round(height * percent / 100))
+        papers = dict.fromkeys((order.paper, *PAPERS_MM))
+        paper = next((one for one in papers if page_for(one, *size_mm)), order.paper)
+        return replace(order, format=None, orientation=None, size_mm=size_mm, paper=paper)
+
+    def reaches(percent: int) -> bool:
+        try:
+            _drawing(wish(percent), payload_bytes)
+        except DesignError as error:
+            # What no paper holds is no smaller than what serves.
+            return float(str(error.details.get("far_m", far_m))) >= far_m
+        return True
+
+    least = PERCENTS[bisect_left(PERCENTS, True, hi=len(PERCENTS) - 1, key=reaches)]
+    with suppress(DesignError):
+        _drawing(wish(least), payload_bytes)
+        return wish(least)
+    return None
 
 
 def _cut(range_m: Pair, error: DesignError) -> Pair:

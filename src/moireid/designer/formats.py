@@ -9,7 +9,6 @@ template (`moireid.artwork`), within what markers and fringes need.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 
 from moireid.designer.order import MARGIN_MM, Order, Pair
@@ -56,26 +55,25 @@ FORMATS = {
 }
 
 
-#: Focal length, mm, of a camera of 36 mm of film whose angle of view is that of the camera of a design.
+#: Focal length, mm, of a camera of 36 mm of film whose angle of view is that of the camera of a design; and lenses of
+#: the table of distances: that one, and what press cameras have.
 PHONE_MM = 27.0
+LENSES_MM = (PHONE_MM, 50.0, 85.0, 135.0)
 
 
-def distances(lens_mm: Iterable[float]) -> list[tuple[str, ...]]:
-    """A table of formats: name, size, lens sheet, and with each lens the distances at which a film of 1080p is judged.
+def by_lens(range_m: Pair) -> list[str]:
+    """Distances at which a film of 1080p is judged, with each lens of `LENSES_MM`, by the range with a phone's, m.
 
-    Parameters: lens_mm: focal lengths for 36 mm of film.
     Convention: a lens that is longer brings the badge nearer by as much, in pixels.
     """
+    spans = ([round(side * lens / PHONE_MM, 2) for side in range_m] for lens in LENSES_MM)
+    return ["{:g} to {:g} m".format(*span) for span in spans]
+
+
+def distances() -> list[tuple[str, ...]]:
+    """A table of formats: name, size, lens sheet, and the distances of `by_lens`."""
     return [
-        (
-            name,
-            "{:g} × {:g} mm".format(*form.size_mm),
-            form.lens,
-            *(
-                "{:g} to {:g} m".format(*(round(side * lens / PHONE_MM, 2) for side in form.range_m))
-                for lens in lens_mm
-            ),
-        )
+        (name, "{:g} × {:g} mm".format(*form.size_mm), form.lens, *by_lens(form.range_m))
         for name, form in FORMATS.items()
     ]
 

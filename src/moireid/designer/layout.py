@@ -30,7 +30,7 @@ from typing import Final
 
 from moireid.badge import CodedFrame, Fiducial, Markers, Rect
 from moireid.designer.formats import format_named
-from moireid.designer.order import DESIGN_FOCAL_PX, Order
+from moireid.designer.order import DESIGN_FOCAL_PX, Order, Pair
 from moireid.errors import DesignError
 from moireid.fiducials import LEAST_LINE_MM, THINNEST_LINE_SHARE
 from moireid.frames import Axis, own_frame
@@ -253,14 +253,21 @@ def _framed(order: Order, page_mm: tuple[float, float], board: Rect) -> Layout:
     return Layout(page_mm, board, _fields(field, order), coded_frame(rect, line_mm))
 
 
+def page_for(paper: str, width: float, height: float) -> Pair | None:
+    """The page on which a board of that size has its marks around it, portrait or else landscape; None for neither."""
+    room = PAPERS_MM[paper][0] - 2 * PAPER_MARGIN_MM + 1e-9, PAPERS_MM[paper][1] - 2 * PAPER_MARGIN_MM + 1e-9
+    if width <= room[0] and height <= room[1]:
+        return PAPERS_MM[paper]
+    return PAPERS_MM[paper][::-1] if width <= room[1] and height <= room[0] else None
+
+
 def _on_paper(paper: str, width: float, height: float) -> tuple[tuple[float, float], Rect]:
-    """The page, portrait or else landscape, and the board in its middle.  Raises: DesignError where it fits neither."""
-    portrait = PAPERS_MM[paper]
-    for page_mm in (portrait, portrait[::-1]):
-        if width <= page_mm[0] - 2 * PAPER_MARGIN_MM + 1e-9 and height <= page_mm[1] - 2 * PAPER_MARGIN_MM + 1e-9:
-            x0, y0 = (page_mm[0] - width) / 2, (page_mm[1] - height) / 2
-            return page_mm, (x0, y0, x0 + width, y0 + height)
-    room = tuple(round(side - 2 * PAPER_MARGIN_MM, 3) for side in portrait)
+    """The page, and the board in its middle.  Raises: DesignError where it does not fit."""
+    page_mm = page_for(paper, width, height)
+    if page_mm is not None:
+        x0, y0 = (page_mm[0] - width) / 2, (page_mm[1] - height) / 2
+        return page_mm, (x0, y0, x0 + width, y0 + height)
+    room = tuple(round(side - 2 * PAPER_MARGIN_MM, 3) for side in PAPERS_MM[paper])
     raise DesignError(
         f"a board of {width:g} x {height:g} mm does not fit {paper}; at most {room[0]:g} x {room[1]:g} mm, or "
         f"{room[1]:g} x {room[0]:g} on the paper turned, leave room for crop marks",

@@ -84,8 +84,8 @@ class Order:
         Dots to the inch of the printer.
     ink_growth_um : float
         By how much the printer widens a line, both edges together, micrometres; lines are drawn narrower by that.
-    paper : {"a4", "letter", "a3"}
-        The page.
+    paper : str
+        The page, one of `profiles.PAPERS_MM`.
     code : {"spacing", "pitch"}, optional
         How lines carry the identity: by their places, or by their pitch; None for what carries one of its length.
     axes : {"x", "xy", "hex"}

@@ -1,7 +1,7 @@
 """The badges of many people: sheets filled with as many boards as fit, and a folder for each person.
 
-All boards of an event have the same layout, so every sheet has them at the same places.  All files are made in a temporary folder and moved into place together, so an event that fails leaves
-nothing.
+All boards of an event have the same layout, so every sheet has them at the same places.  All files are made in a
+temporary folder and moved into place together, so an event that fails leaves nothing.
 """
 
 from __future__ import annotations
@@ -44,6 +44,8 @@ from moireid.names import line_of
 from moireid.profiles import find_printer
 
 SUMMARY, SHEETS = "summary.csv", "badges.pdf"
+#: Of all people, without the mount's.
+OWN_FILES = (SHEETS, ASSEMBLY, SUMMARY, LOOKS)
 _MOST_LETTERS = 40
 #: Starting another process takes as long as some badges.
 LEAST_SHARED = 12
@@ -182,7 +184,7 @@ def print_event(
                     progress(done, len(badges))
         # A byte order mark, by which spreadsheets know UTF-8.
         (aside / SUMMARY).write_text(_summary(names, badges, parts), encoding="utf-8-sig", newline="")
-    files_made = {name: folder / name for name in (SHEETS, ASSEMBLY, SUMMARY, LOOKS, *parts.files)}
+    files_made = {name: folder / name for name in (*OWN_FILES, *parts.files)}
     folders = tuple(folder / name for name in names)
     return PrintResult(
         files_made, mass_g, mount_figures, parts.left_out, stale, spared, folders, sheet_count, to_a_sheet
@@ -192,7 +194,7 @@ def print_event(
 def event_files(badges: Sequence[Badge], parts: Parts) -> list[str]:
     """The files that an event of these badges and parts of a mount has, below its folder."""
     own = [f"{name}/{file}" for name in _folders(badges) for file in PERSON_FILES]
-    return [*own, *parts.files, ASSEMBLY, LOOKS, SHEETS, SUMMARY]
+    return [*own, *parts.files, *OWN_FILES]
 
 
 def _folders(badges: Sequence[Badge]) -> list[str]:

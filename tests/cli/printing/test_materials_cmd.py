@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from codecs import BOM_UTF8
 from pathlib import Path
 
 from click.testing import CliRunner, Result
@@ -22,6 +23,8 @@ def test_a_format_and_a_number_give_list_and_files(tmp_path: Path) -> None:
     assert plain.exit_code == 0, plain.output
     made = {path.name for path in (tmp_path / "shop").iterdir()}
     assert made == {"shopping-list.pdf", "shopping-list.csv", "cutting-plan.pdf"}
+    # By the byte order mark, spreadsheets know UTF-8.
+    assert (tmp_path / "shop" / "shopping-list.csv").read_bytes().startswith(BOM_UTF8)
     document = json.loads(run(*options, "--json").stdout)
     assert document["people"] == 40 and document["cutting"]["sheets"] == 11 and document["files"] == {}
     amounts = {line["key"]: line["quantity"] for line in document["lines"]}
@@ -32,11 +35,14 @@ def test_a_format_and_a_number_give_list_and_files(tmp_path: Path) -> None:
 
 
 def test_readme_has_the_distances_that_the_command_prints() -> None:
-    """Catches: a table that was edited by hand, or that formats have left behind."""
+    """Catches: a table that was edited by hand, or that formats left behind; a list without distances."""
     readme = (Path(__file__).parents[3] / "README.md").read_text(encoding="utf-8")
     for row in json.loads(run("--json").stdout)["formats"]:
         name, _, _, *distances = row.values()
         assert f"| `{name}` | {' | '.join(distances)} |" in readme
+        if name == "a6":
+            words = " ".join(run("--format", name).stdout.split())
+            assert f"{distances[0]} (27 mm), {distances[1]} (50 mm)" in words
 
 
 def test_without_badges_it_prints_the_table() -> None:

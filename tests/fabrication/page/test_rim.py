@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +15,6 @@ from moireid.designer.chart import design_chart
 from moireid.fabrication.assembly.assembly_words import BuildPlan
 from moireid.fabrication.assembly.guide import write_assembly_pdf
 from moireid.fabrication.event import write_sheets_pdf
-from moireid.fabrication.mount_parts import Parts
 from moireid.fabrication.page.camera_page import print_camera_chart
 from moireid.fabrication.page.chart_page import print_chart
 from moireid.fabrication.page.pdf import write_badge_pdf

@@ -30,7 +30,7 @@ from moireid.profiles import LensProfile, lens_named, save_lens_profile
 KINDS = ("lanyard", "clip", "stand", "holder")
 #: Boards by their size, with a range that suits it, a small one being filmed from near.
 BOARDS = {(30.0, 30.0): (0.3, 0.5), (30.0, 40.0): (0.3, 0.5), (60.0, 66.0): (0.5, 0.7)}
-BOARDS |= dict.fromkeys([(146.0, 160.0), (186.0, 273.0), (300.0, 300.0)], Order.range_m)
+BOARDS |= dict.fromkeys([(146.0, 160.0), (180.0, 267.0), (300.0, 300.0)], Order.range_m)
 #: The smallest board has room for two letters.  A thin sheet has narrow lenses: it needs a fine printer, a near camera.
 PLAIN = Order("Ex", lens="50lpi")
 FINE = replace(PLAIN, printer_dpi=4800, range_m=(0.4, 1.2))

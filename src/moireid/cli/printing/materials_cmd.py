@@ -29,8 +29,6 @@ if TYPE_CHECKING:
 
 #: Width of what is written on a terminal.
 WIDE = 100
-#: Lenses of the table of distances, mm: a phone's, and what press cameras have.
-LENSES_MM = (27.0, 50.0, 85.0, 135.0)
 
 
 @click.command("materials")
@@ -138,7 +136,7 @@ def materials_command(
 
 def _show_list(found: ShoppingList) -> None:
     """The list as a table."""
-    echo(found.title)
+    _show_wrapped("", found.title)
     echo()
     width = max(len(line.amount) for line in found.lines)
     for line in found.lines:
@@ -157,10 +155,10 @@ def _show_table(as_json: bool) -> None:
     """All products, by kind, with their sources."""
     from msgspec import to_builtins
 
-    from moireid.designer.formats import distances
+    from moireid.designer.formats import LENSES_MM, distances
     from moireid.materials import materials
 
-    rows, formats = materials(), distances(LENSES_MM)
+    rows, formats = materials(), distances()
     if as_json:
         columns = ("format", "size", "lens_sheet", *(f"lens_{lens:g}_mm" for lens in LENSES_MM))
         show_json(

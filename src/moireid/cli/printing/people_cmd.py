@@ -111,6 +111,7 @@ def _check_rows(faults: Sequence[str], path: Path, notes: Sequence[str]) -> None
 
 def _summary(event: PrintResult, badges: Sequence[Badge]) -> list[str]:
     """What was made, and what to do with it."""
+    from moireid.fabrication.event import OWN_FILES
     from moireid.fabrication.page.sheet_layout import lay_out_sheets
     from moireid.fabrication.shopping.shopping_list import front_words
 
@@ -120,8 +121,8 @@ def _summary(event: PrintResult, badges: Sequence[Badge]) -> list[str]:
     sheets += "" if alone else f", {most} to a sheet"
     sheets += ", and a page of pitch bands" * lay_out_sheets(badges[0]).bands_apart
     lines = [f"{counted(count, 'badge')} on {sheets}:"]
-    sheets_file, summary, *mount = event.files.values()
-    lines += [f"  {line}" for line in (sheets_file, summary, f"{event.folders[0]}{folders}")]
+    lines += [f"  {line}" for line in (*map(event.files.get, OWN_FILES), f"{event.folders[0]}{folders}")]
+    mount = [path for name, path in event.files.items() if name not in OWN_FILES]
     if mount:
         lines.append("The mount:" if alone else f"One mount for all, to be made {count} times:")
         lines += [f"  {path}" for path in mount]

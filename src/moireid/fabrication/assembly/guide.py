@@ -38,6 +38,8 @@ STEPS_ACROSS, PICTURE_MM = 3, (14.0, 42.0)
 NAME_MM = 150.0
 #: On the plate: gap between pieces, distance of the lines that sketch lenses, and length of the scale bar.
 GAP_MM, LENSES_MM, SCALE_MM = 14.0, 6.0, 100.0
+#: Height of the words above the pieces, and with that of the scale below, mm.
+HEAD_MM, ROOM_MM = 27.0, 51.0
 #: Length of the ticks at a piece's corners, mm.
 TICK_MM = 4.0
 
@@ -49,7 +51,7 @@ def write_assembly_pdf(build: BuildPlan, path: Path, drawn: DrawnMounts) -> None
     """
     badge = build.badge
     views = _views(build, drawn)
-    paper_mm = PAPERS_MM.get(str((badge.print or {}).get("paper", "a4")), PAPERS_MM["a4"])
+    paper_mm = PAPERS_MM["letter" if (badge.print or {}).get("paper") == "letter" else "a4"]
     with whole_file(path) as temporary:
         title = "Assembly of moiré badges" if build.for_all else f"Assembly of moiré badge {badge.id}"
         sheet = PdfPage(temporary, paper_mm, title)
@@ -243,13 +245,14 @@ def placed(found: list[SheetPiece], room: Rect) -> list[list[tuple[SheetPiece, P
 
 def draw_plates(sheet: PdfPage, badge: Badge, left_mm: float, top_mm: float) -> None:
     """Draw the pages of the plate, each begun anew."""
-    found, (width, height) = pieces(badge), sheet.page_mm
-    widest = max(piece.size_mm[0] for piece in found)
-    if widest > width - 2 * RIM_MM:
-        width, height = height, width
+    found = pieces(badge)
+    widest, tallest = (max(piece.size_mm[k] for piece in found) for k in (0, 1))
+    papers = [page for paper_mm in (sheet.page_mm, badge.page_mm) for page in (paper_mm, paper_mm[::-1])]
+    room = [page for page in papers if widest <= page[0] - 2 * RIM_MM and tallest <= page[1] - top_mm - ROOM_MM]
+    width, height = room[0] if room else badge.page_mm
     # A piece as wide as the paper's printable part takes the room of the margins too.
     left = max(RIM_MM, min(left_mm, (width - widest) / 2))
-    for page in placed(found, (left, top_mm + 27, width - RIM_MM, height - 24)):
+    for page in placed(found, (left, top_mm + HEAD_MM, width - RIM_MM, height - ROOM_MM + HEAD_MM)):
         sheet.turn_page((width, height))
         sheet.text(left_mm, top_mm, "The lens sheet, in true size", points=16, font=BOLD, align="left")
         lines = (

@@ -247,9 +247,7 @@ def draw_mask(sheet: PdfPage, badge: Badge, form: str, dot_mm: float, count: int
     centre_x, centre_y = (x0 + x1) / 2, (y0 + y1) / 2
     for left, low, right, high in sheet_rects(badge):
         # The film reaches to the board's edges, where a mount holds it.
-        draw_crop_marks(
-            sheet, (centre_x + left, centre_y - high, centre_x + right, centre_y - low), badge.outline_mm
-        )
+        draw_crop_marks(sheet, (centre_x + left, centre_y - high, centre_x + right, centre_y - low), badge.outline_mm)
     whose = f"Mask of moiré badge {badge.id}: print" if count == 1 else f"Mask of {count} badges: print {count} times"
     lines = "page 1" if count == 1 else "each badge"
     words = (

@@ -2,10 +2,10 @@
 
 Of everything that is bought there is a spare share on top, as sheets are cut wrong and cards are printed twice.
 
-Source: pieces of lens sheet by `sight.sheet_pieces`, pages by the layout that is printed (`sheet_layout`), plates and screws by
-the plan of the acrylic stack, products by the table of materials, hours and grams of printed mounts by a slicer:
-`mount_times.csv` has what `moireid lab bench mounts` prints, for a common printer (nozzle 0.4 mm, layers 0.2 mm, PLA,
-no supports).
+Source: pieces of lens sheet by `sight.sheet_pieces`, pages by the layout that is printed (`sheet_layout`), plates and
+screws by the plan of the acrylic stack, products by the table of materials, hours and grams of printed mounts by a
+slicer: `mount_times.csv` has what `moireid lab bench mounts` prints, for a common printer (nozzle 0.4 mm, layers 0.2
+mm, PLA, no supports).
 """
 
 from __future__ import annotations
