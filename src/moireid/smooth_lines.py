@@ -193,7 +193,7 @@ class LineField:
         upper, lower = (
             flat[row:].take(corner) * (1 - right) + flat[row + 1 :].take(corner) * right for row in (0, columns)
         )
-        return upper + below * (lower - upper)
+        return np.asarray(upper + below * (lower - upper))
 
     @cached_property
     def _table(self) -> Array:
