@@ -150,7 +150,7 @@ class LineField:
         borders = [rects[0][1] for rects in self._rects[1:]]
         reach = [row[0].blend_mm[1] for row in self._rows]
         rows = [self._row_numbers(k, along) for k in range(len(self._rows))]
-        if along.ndim == 1 and across.ndim == 2:
+        if along.ndim == 1 and across.ndim == 2 and borders:
             # On a grid, two rows or three have a weight at each place across, all along.
             weights, grid = _blended(across, borders, reach, np.eye(len(rows))), np.zeros((len(across), len(along)))
             for k, row in enumerate(rows):
@@ -193,7 +193,7 @@ class LineField:
         upper, lower = (
             flat[row:].take(corner) * (1 - right) + flat[row + 1 :].take(corner) * right for row in (0, columns)
         )
-        return upper + below * (lower - upper)
+        return np.asarray(upper + below * (lower - upper))
 
     @cached_property
     def _table(self) -> Array:

@@ -19,7 +19,7 @@ from moireid.badge import Badge
 from moireid.designer import Order, design_badge
 from moireid.designer.formats import FORMATS, turned
 from moireid.errors import SpecError
-from moireid.fabrication.page.marks import check_look, qr_rects
+from moireid.fabrication.page.marks import OWN_MARKERS, check_look, marker_modules, qr_rects
 from moireid.fabrication.page.pdf import write_badge_pdf
 from moireid.fabrication.page.preview import draw_preview
 
@@ -117,3 +117,10 @@ def test_the_qr_code_says_the_identity_and_no_more(tmp_path: Path) -> None:
         picture[round(y0) : round(y1), round(x0) : round(x1)] = 0
     words, _, _ = cv2.QRCodeDetector().detectAndDecode(picture)
     assert words == "moireid:7097c67b0fafc59b"
+
+
+@pytest.mark.parametrize(("dictionary", "identity"), [(name, k) for name in OWN_MARKERS for k in range(5)])
+def test_markers_are_those_that_opencv_finds(dictionary: str, identity: int) -> None:
+    """Catches: a module of our own markers that is mistyped; one beyond them that is another's."""
+    known = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, dictionary))
+    assert np.array_equal(marker_modules(dictionary, identity), cv2.aruco.generateImageMarker(known, identity, 6) > 127)

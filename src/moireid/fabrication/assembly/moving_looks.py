@@ -35,7 +35,7 @@ def write_looks(badge: Badge, path: Path) -> None:
     asides_mm = [aside * SWING * view_mm(badge) for aside in asides]
     looks = zip(*(fringe_pictures(badge, asides_mm, **look) for _, look in LOOKS), strict=True)
     shown = {aside: _frame(aside, pictures) for aside, pictures in zip(asides, looks, strict=True)}
-    write_moving([shown[aside] for aside in swing], path, frame_ms=FRAME_MS, quality=45)
+    write_moving([shown[aside] for aside in swing], path, frame_ms=FRAME_MS)
 
 
 def _frame(aside: float, pictures: Sequence[Image.Image]) -> Image.Image:
@@ -47,7 +47,7 @@ def _frame(aside: float, pictures: Sequence[Image.Image]) -> Image.Image:
     for k, ((words, _), picture) in enumerate(zip(LOOKS, pictures, strict=True)):
         x, y = GAP_PX + k % 2 * across, k // 2 * down
         draw.text((x, y + 3), words, INK, font)
-        frame.paste(picture.resize((WIDE_PX, high)), (x, y + CAPTION_PX))
+        frame.paste(picture.resize((WIDE_PX, high), Image.Resampling.NEAREST), (x, y + CAPTION_PX))
     reach = 0.4 * WIDE_PX
     middle, level = frame.width / 2, frame.height - HEAD_PX / 2
     head = middle + reach * aside

@@ -41,7 +41,7 @@ ARROW_MM, ROOM_ABOVE_MM = 3.5, 50.0
 
 
 def fringe_pictures(
-    badge: Badge, asides_mm: Sequence[float] = (0.0,), *, turned_deg: float = 0.0, beats: float = 1.0
+    badge: Badge, asides_mm: Sequence[float] = (0.0,), /, turned_deg: float = 0.0, beats: float = 1.0
 ) -> list[Image.Image]:
     """The first grating under its sheet, grey, its axis across: as it looks from `view_mm` before its middle.
 

@@ -114,7 +114,6 @@ class PdfPage:
 
     def fill_drawn(self, rects: ArrayLike, grey: float = 0.0, colour: Colour | None = None) -> None:
         """Fill rectangles (n, 4) that are given as they are drawn, scale included."""
-        from reportlab.lib.rl_accel import fp_str
         from reportlab.pdfgen.pathobject import PDFPathObject
 
         rects = np.asarray(rects, float).reshape(-1, 4)
@@ -124,7 +123,8 @@ class PdfPage:
         numbers = np.stack([x0, self.height_mm - y1, x1 - x0, y1 - y0], axis=-1) * POINTS_PER_MM
         # Rectangles on a printer's dots share most of their numbers, and each takes a microsecond or more to write.
         distinct, places = np.unique(numbers, return_inverse=True)
-        written = fp_str(distinct.tolist()).split()
+        digits = 6 - np.log10(np.maximum(np.abs(distinct), 1.0)).astype(int)
+        written = [_written(number, count) for number, count in zip(distinct.tolist(), digits.tolist(), strict=True)]
         columns = [[written[place] for place in column] for column in places.reshape(-1, 4).T.tolist()]
         lines = [f"{x} {y} {wide} {high} re" for x, y, wide, high in zip(*columns, strict=True)]
         self._fill_with(grey, colour)
@@ -231,6 +231,12 @@ class PdfPage:
         """Finish the page and write the file."""
         self.canvas.showPage()
         self.canvas.save()
+
+
+def _written(number: float, digits: int) -> str:
+    """A number as reportlab writes it, in half the time."""
+    text = f"{number:.{digits}f}".rstrip("0").rstrip(".").lstrip("0")
+    return text or "0"
 
 
 def _parts(drawn: Sequence[T], heights_mm: Sequence[float]) -> list[list[T]]:

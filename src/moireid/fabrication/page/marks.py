@@ -171,8 +171,9 @@ def marker_squares(badge: Badge) -> list[tuple[Rect, list[Rect]]]:
 
 def marker_modules(dictionary: str, identity: int) -> NDArray[np.bool_]:
     """The modules of an ArUco marker with its black border, True where white; square, row by row from the top."""
-    if identity < len(known := OWN_MARKERS.get(dictionary, ())):
-        return np.pad(np.array([known[identity] >> k & 1 for k in range(15, -1, -1)], bool).reshape(4, 4), 1)
+    own = OWN_MARKERS.get(dictionary, ())
+    if identity < len(own):
+        return np.pad(np.array([own[identity] >> k & 1 for k in range(15, -1, -1)], bool).reshape(4, 4), 1)
     import cv2
 
     known = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, dictionary))

@@ -212,19 +212,19 @@ ROOM_MM, ABOVE_MM, CORD_MM, CLIP_MM = 9.0, 22.0, 9.0, (13.0, 4.0)
 
 def write_worn(badge: Badge, path: Path, board: Image.Image | None = None) -> None:
     """Draw the moving preview and write it as animated WebP, whole or not at all; board: as for `draw_worn`."""
-    write_moving(draw_worn(badge, board=board), path, frame_ms=FRAME_MS, quality=70)
+    write_moving(draw_worn(badge, board=board), path, frame_ms=FRAME_MS)
 
 
-def write_moving(frames: Sequence[Image.Image], path: Path, *, frame_ms: int, quality: int) -> None:
-    """Write pictures that follow each other without end as animated WebP, whole or not at all; quality: 0 to 100."""
+def write_moving(frames: Sequence[Image.Image], path: Path, *, frame_ms: int) -> None:
+    """Write pictures that follow each other without end as animated WebP without loss, whole or not at all."""
     # Pillow would else import all of its formats.
     from PIL import WebPImagePlugin  # noqa: F401
 
     first, *others = frames
-    # Without whole frames in between, which take each frame to be encoded twice.
-    how: dict[str, Any] = {"save_all": True, "append_images": others, "loop": 0, "method": 0, "kmax": 0}
+    # The quickest: without loss, of which `quality` is the effort, and no whole frames in between.
+    how: dict[str, Any] = {"lossless": True, "method": 0, "quality": 0, "kmax": 0}
     with whole_file(path) as temporary:
-        first.save(temporary, format="WEBP", duration=frame_ms, quality=quality, **how)
+        first.save(temporary, format="WEBP", save_all=True, append_images=others, loop=0, duration=frame_ms, **how)
 
 
 def draw_worn(badge: Badge, frames: int = FRAMES, board: Image.Image | None = None) -> list[Image.Image]:
