@@ -12,7 +12,7 @@ from click.testing import CliRunner
 from kit.in_place import in_place
 from moireid.cli.main import moireid
 from moireid_lab.archive.isolated import LostJob
-from moireid_lab.bench import scoreboard, sources
+from moireid_lab.bench import bench_rows, scoreboard, sources
 from moireid_lab.bench.bench_rows import Where
 from moireid_lab.bench.part import INCONCLUSIVE, RIGHT, WRONG, Asked, Part, interleaved
 from moireid_lab.bench.scoreboard import ROWS, document_of, judged, newest, plan, run
@@ -36,7 +36,7 @@ def made(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     monkeypatch.setattr(scoreboard, "part_of", lambda name: part)
     monkeypatch.setattr(scoreboard, "module_of", lambda name: name)
     monkeypatch.setattr(scoreboard, "current_version", lambda name: "first")
-    monkeypatch.setattr(scoreboard, "run_tasks", in_place)
+    monkeypatch.setattr(bench_rows, "run_tasks", in_place)
     return names
 
 
@@ -67,7 +67,7 @@ def test_a_case_that_is_lost_is_named_and_made_again(made: list[str], tmp_path: 
         return LostJob("it crashed", 1.0, "crash") if job[1] == "b" else judged(job)
 
     monkeypatch.setattr(scoreboard, "judged", failing)
-    assert run_here(tmp_path, plan(Asked())) == ["letters, b: it crashed"] and made == list("acd")
+    assert run_here(tmp_path, plan(Asked())) == ["first letters b: it crashed"] and made == list("acd")
     monkeypatch.setattr(scoreboard, "judged", judged)
     assert run_here(tmp_path, plan(Asked())) == [] and made == list("acdb")
 

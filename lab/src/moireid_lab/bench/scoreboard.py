@@ -8,11 +8,11 @@ being made.  Parts and cases are mixed, so that a run of limited time has the sa
 from __future__ import annotations
 
 import json
+import math
 import os
 import time
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
-from contextlib import closing
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -22,10 +22,8 @@ import numpy as np
 
 from moireid import __version__
 from moireid.files import write_text
-from moireid.result_cache import keep_row, kept_rows
-from moireid_lab.archive.engine import Task, run_tasks
-from moireid_lab.archive.isolated import LostJob
-from moireid_lab.bench.bench_rows import LIMITS, Where
+from moireid.result_cache import kept_rows
+from moireid_lab.bench.bench_rows import Where, make_rows
 from moireid_lab.bench.part import Asked, Row, interleaved
 from moireid_lab.bench.sources import version_of
 from moireid_lab.bench.suites import PARTS, module_of, part_of
@@ -67,14 +65,14 @@ def plan(asked: Asked, *, short: bool = False) -> list[PlannedCase]:
     return list(interleaved(*parts).values())
 
 
-def judged(job: tuple[str, str, Asked, Path]) -> Row:
+def judged(job: tuple[str, str, str, Asked, Path]) -> Row:
     """The row of one case; runs in a process of the engine."""
-    part, name, asked, folder = job
-    module_of(part)
+    part, name, version, asked, folder = job
     begun, own = _processor_s(), folder / part
     own.mkdir(parents=True, exist_ok=True)
     row = part_of(part).judge(part_of(part).cases(asked)[name], own)
-    return {"part": part, "case": name, "s": _processor_s() - begun} | row
+    about = {"part": part, "case": name, "version": version, "date": datetime.now(UTC).date().isoformat()}
+    return about | {"s": round(_processor_s() - begun, 2)} | row
 
 
 def _processor_s() -> float:
@@ -98,28 +96,14 @@ def run(
     Parameters: kept: file of rows; folder: for films; hours: after which no case is begun.
     Returns: why cases gave no row.
     """
-    cases = [case for case in cases if asked.data or not part_of(case.part).needs_data]
-    rows, end, lost = kept_rows(kept), time.monotonic() + 3600 * (hours or 1e6), list[str]()
-    todo = [case for case in cases if case.key not in rows]
-    tasks = [Task(((case.part, case.name, asked, folder),)) for case in todo]
-    running = run_tasks(
-        judged,
-        tasks,
-        scheduler=where.scheduler,
-        workers=where.workers,
-        limits=LIMITS,
-        stop=lambda: time.monotonic() > end,
-    )
-    with closing(running) as ended:
-        for count, (place, done) in enumerate(ended, start=len(cases) - len(todo) + 1):
-            (row,), case = done.outcomes, todo[place]
-            if isinstance(row, LostJob):
-                lost.append(f"{case.part}, {case.name}: {row.why}")
-            else:
-                date = datetime.now(UTC).date().isoformat()
-                keep_row(kept, case.key, row | {"version": case.version, "date": date})
-            progress(count, len(cases))
-    return lost
+    end = time.monotonic() + 3600 * (math.inf if hours is None else hours)
+    jobs = {
+        case.key: (case.part, case.name, case.version, asked, folder)
+        for case in cases
+        if asked.data or not part_of(case.part).needs_data
+    }
+    stop = lambda: time.monotonic() > end  # noqa: E731
+    return make_rows(judged, jobs, kept=kept, where=where, progress=progress, stop=stop)[1]
 
 
 def newest(cases: Iterable[PlannedCase], kept: Path) -> list[Row]:
