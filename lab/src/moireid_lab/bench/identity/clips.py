@@ -64,7 +64,6 @@ def read_clip(clip: Clip) -> dict[str, Any]:
     with temporary_film(scene, motion, **how) as video:
         report = verify(video, Question(badge, badge.id, camera=KnownCamera(FOCAL_PX)))
     row: dict[str, Any] = {
-        "payload": clip.payload.hex(),
         "verdict": report.verdict,
         "read": report.identity.decoded_id == badge.id,
         "wrong": report.identity.decoded_id not in (None, badge.id),
