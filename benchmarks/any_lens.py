@@ -179,4 +179,4 @@ QUESTIONS = {
     "sheet": "Is a board accepted whose sheet has another pitch, by -1.6 to 3.3 %? Not enrolled",
     "forged": "Is a forged film rejected from 39° to 62° aside, glued or on 20 µm of air?",
 }
-PART = Part(QUESTIONS, OUTSIDE, cases, judged, sources=("moireid.designer", "moireid.fabrication.page"))
+PART = Part(QUESTIONS, OUTSIDE, cases, judged, 2, sources=("moireid.designer", "moireid.fabrication.page"))

@@ -4,16 +4,14 @@ Each badge is printed by the command `print-your-badge` and traced by `outside`,
 `moireid.simulate`, with one flaw of print, sheet, shape or light, or with all that is usual (`outside.flaws`,
 `outside.lamps`).  It is enrolled from two films, filmed again at the middle of its range, and filmed with half the
 gain; a second build of the same files, with the same flaws of another draw, is the copy.  Narrowed: printed for
-a printer that widens lines.Figures are how many error bars the
-enrolled gain is off that of the build's own lenses, traced; and how far the map of places of the original and of the
-copy is off that of enrolment (rad, root mean square).  With `--clips N` N badges of each kind are built,
-filmed on other motions; `--keep DIR` keeps films, each with what was built, the trajectory and the report.
+a printer that widens lines.  Figures are how many error bars the enrolled gain is off that of the build's own lenses,
+traced; and how far the map of places of the original and of the copy is off that of enrolment (rad, root mean square).
+With `--clips N` N badges of each kind are built, filmed on other motions; `--keep DIR` keeps films and reports.
 """
 
 from __future__ import annotations
 
 import json
-from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
@@ -86,7 +84,7 @@ def badge_folder(folder: Path, kind: str, build: int) -> Path:
 
 
 def filmed(folder: Path, kind: str, build: int, number: int, forge: str | None = None) -> Path:
-    """One film of one build; kept in the folder, with what was built and filmed."""
+    """One film of one build; kept in the folder."""
     name = kind.replace(" ", "_").replace("%", "pc").replace("/", "per").replace(",", "")
     path = folder / f"{name}_{build}_{number}_{forge or 'true'}.mp4"
     if not path.exists():
@@ -97,12 +95,8 @@ def filmed(folder: Path, kind: str, build: int, number: int, forge: str | None =
         camera, light = drawn(rng, PHONE), LAMPS.get(kind)
         lamps = lamps_about(motion, FRAMES / FPS, *light, rng) if light else None
         shoot = Shoot(FRAMES, FPS, 23, number, forge, lamps)
-        facts = {"flaws": asdict(KINDS[kind]), "bend": asdict(page.bend), "lens": asdict(page.lens)}
-        facts |= {"camera": asdict(camera), "motion": motion.kind, "lamps": lamps and asdict(lamps)}
-        path.with_suffix(".build.json").write_text(json.dumps(facts, indent=1), encoding="utf-8")
         scratch = path.with_suffix(".part.mp4")
         film(page, own, camera, motion, scratch, shoot)
-        scratch.with_suffix(".course.csv").rename(path.with_suffix(".course.csv"))
         scratch.rename(path)
     return path
 

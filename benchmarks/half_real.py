@@ -32,7 +32,7 @@ from outside.page import PAPER, load_page
 import moireid
 from moireid.badge import Badge
 from moireid.verifier import Question, verify
-from moireid_lab.bench.part import Asked, Part, Row, film_row, identity_answer
+from moireid_lab.bench.part import OUTSIDE, Asked, Part, Row, film_row, identity_answer
 
 Array = NDArray[np.float64]
 #: Frames a second of the clips, and the fewest corners of the board that give its pose.
@@ -304,4 +304,4 @@ QUESTIONS = {
     "identity": "Is its identity read there?",
     "forged": "Is a forged one rejected there? Frozen, or half the gain",
 }
-PART = Part(QUESTIONS, "benchmarks/outside, into real films", cases, judged, needs_data=True)
+PART = Part(QUESTIONS, f"{OUTSIDE}, in real films", cases, judged, needs_data=True)

@@ -15,7 +15,7 @@ import numpy as np
 from moireid.calibration.ink_reading import ink_growth
 from moireid.designer.chart import design_chart
 from moireid_lab.bench.fabricate.strip_photographs import any_camera, photographed_strip
-from moireid_lab.bench.part import INCONCLUSIVE, OWN, RIGHT, WRONG, Asked, Part, Row, numbered
+from moireid_lab.bench.part import INCONCLUSIVE, RIGHT, WRONG, Asked, Part, Row, numbered
 
 CASES = {f"{dpi} dpi, {kind}": (dpi, kind == "sharpens") for dpi in (600, 1200) for kind in ("plain", "sharpens")}
 MOST_UM, BEYOND_SDS = 90.0, 3.0
@@ -41,4 +41,4 @@ def cases(asked: Asked) -> dict[str, tuple[str, int]]:
 
 
 QUESTIONS = {"ink": "Is the growth of ink read from a simulated photograph within three error bars?"}
-PART = Part(QUESTIONS, OWN, cases, judged, 4)
+PART = Part(QUESTIONS, "no film: drawn pictures", cases, judged, 4)

@@ -12,7 +12,7 @@ from typing import Any
 import golden
 
 from moireid.verifier.reasons import worst
-from moireid_lab.bench.part import Asked, Part, Row, answer_of
+from moireid_lab.bench.part import OUTSIDE, OWN, Asked, Part, Row, answer_of
 
 #: Each beginning of a corpus film's name, with the question that its films answer.
 QUESTIONS = {
@@ -26,6 +26,8 @@ QUESTIONS = {
     "format": "Is a true film of 4 s accepted, of each format?",
     "data": "Are the films of tests/data judged as what they are?",
 }
+FILMS_BY = dict.fromkeys(QUESTIONS, OUTSIDE) | dict.fromkeys(("forged", "effect"), OWN)
+FILMS_BY |= dict.fromkeys(("half-real", "half-real forged"), f"{OUTSIDE}, in real films") | {"data": "another tracer"}
 STARTS = {"forged-real": "half-real forged", "real": "half-real", "build": "built"}
 
 
@@ -55,4 +57,4 @@ def judged(files: list[Path], folder: Path) -> Row:
     return {"kind": name, "answers": {name: counts}, "why": why}
 
 
-PART = Part(QUESTIONS, "both; four cameras are real", cases, judged, 99, ("tests/data/golden",))
+PART = Part(QUESTIONS, FILMS_BY, cases, judged, 99, ("tests/data/golden",))

@@ -179,4 +179,4 @@ QUESTIONS = {
     "forged": "Is a film of three to eight superposed photographs rejected?",
     "genuine": "Is a true film accepted that is turned on the spot, also out of focus?",
 }
-PART = Part(QUESTIONS, OWN, cases, judged)
+PART = Part(QUESTIONS, OWN, cases, judged, 2)

@@ -72,26 +72,22 @@ def badge_of(number: int) -> Badge:
 
 def checked(
     badge: Badge, film: Iterable[Picture], draw: Callable[[float], Any], hear: Callable[[str, float], None], **pace: Any
-) -> Row:
-    """The verdict of a session on a film, the first finding that made it, prompts judged, and how long it took.
+) -> str:
+    """The verdict of a session on a film.
 
     Parameters: draw: as `LiveCheck`; hear: called with each prompt and the time.
     """
-    now_s, judged, verdict = 0.0, 0, None
+    now_s, verdict = 0.0, None
     check = LiveCheck(Question(badge, badge.id), draw=draw, now=lambda: now_s, **pace)
     check.ask(0.0)
     for taken_s, now_s, jpeg in film:
         for event in check.push(cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_GRAYSCALE), taken_s, now_s):
             if event["event"] == "prompt":
                 hear(event["move"], now_s)
-            judged += event["event"] == "prompted"
             verdict = event if event["event"] == "verdict" else verdict
         if check.ended:
             break
-    verdict = verdict or check.finish()
-    level = {"reject": "fail", "inconclusive": "undecided"}.get(verdict["verdict"], "pass")
-    why = next((one["text"] for one in verdict["reasons"] if one["level"] == level), "")
-    return {"verdict": verdict["verdict"], "prompts": judged, "s": now_s, "why": why}
+    return str((verdict or check.finish())["verdict"])
 
 
 def jpegs(pictures: Iterable[np.ndarray]) -> Iterator[bytes]:
@@ -100,7 +96,7 @@ def jpegs(pictures: Iterable[np.ndarray]) -> Iterator[bytes]:
         yield cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, 85])[1].tobytes()
 
 
-def filmed(job: tuple[int, bool]) -> Row:
+def filmed(job: tuple[int, bool]) -> dict[str, str]:
     """What the live check says of a film and of its replay, by kind."""
     number, replay_alone = job
     chance, badge = random.Random(1000 + number), badge_of(number)
@@ -108,9 +104,9 @@ def filmed(job: tuple[int, bool]) -> Row:
     course = answer(before, FACE_MM, reaction_s=chance.uniform(0.3, 1.2))
     length_s = before[-1].at_s + 6.0
     film: Iterable[bytes] = jpegs(frames(badge, portrait(), course, length_s=length_s, fps=FPS, seed=number))
-    found: dict[str, Row] = {}
+    found: dict[str, str] = {}
 
-    def judged(pictures: Iterable[Picture], prompts: Sequence[Any]) -> Row:
+    def judged(pictures: Iterable[Picture], prompts: Sequence[Any]) -> str:
         return checked(badge, pictures, lambda _: list(prompts), lambda move, shown_s: None)
 
     def timed(pictures: Iterable[bytes]) -> Iterator[Picture]:
@@ -147,7 +143,7 @@ class Call:
     jump_s: float = 0.0
 
 
-def called(call: Call) -> Row:
+def called(call: Call) -> dict[str, str]:
     """What becomes of a call."""
     chance, badge = random.Random(f"{call.kind} {call.number}"), badge_of(call.number)
     who: Any = Caller(FACE_MM, call.delay_s, chance)
@@ -162,10 +158,10 @@ def called(call: Call) -> Row:
             yield taken_s, taken_s + 0.03, jpeg
 
     found = checked(badge, arriving(), lambda at_s: draw_prompts(at_s, chance, pace=CALL), who.hear, pace=CALL)
-    return {"call jumps" if call.jump_s else f"call {call.kind}": found | {"delay_s": call.delay_s}}
+    return {"call jumps" if call.jump_s else f"call {call.kind}": found}
 
 
-def drawn(job: tuple[int, int]) -> Row:
+def drawn(job: tuple[int, int]) -> dict[str, str]:
     """What the live check says of a badge that is drawn by optical flow between so many stills as the prompts come."""
     number, count = job
     chance, badge = random.Random(7000 + number), badge_of(number)
@@ -187,11 +183,10 @@ def judged(job: tuple[str, Any], folder: Path) -> Row:
     """A film, a call, or a badge that is drawn."""
     found = {"film": filmed, "call": called, "drawn": drawn}[job[0]](job[1])
     answers = {
-        kind.split(",")[0]: answer_of(row["verdict"], true=kind in ("own", "call answered", "call jumps"))
-        for kind, row in found.items()
+        kind.split(",")[0]: answer_of(verdict, true=kind in ("own", "call answered", "call jumps"))
+        for kind, verdict in found.items()
     }
-    (*_, kind), (*_, last) = found, found.values()
-    return {"kind": kind, "answers": answers, "verdict": last["verdict"], "delay_s": last.get("delay_s")}
+    return {"kind": list(found)[-1], "answers": answers, "verdict": list(found.values())[-1]}
 
 
 def cases(asked: Asked) -> dict[str, tuple[str, Any]]:

@@ -155,4 +155,4 @@ QUESTIONS = {
     "signals": "Is its measured phase rejected once it is forged on its own trajectory? 16 kinds",
     "forged": "Is a film rejected that is forged on its own trajectory? 11 kinds",
 }
-PART = Part(QUESTIONS, OUTSIDE, cases, judged, 1, ("moireid.designer", "moireid.fabrication.page"))
+PART = Part(QUESTIONS, OUTSIDE, cases, judged, 2, ("moireid.designer", "moireid.fabrication.page"))

@@ -126,14 +126,12 @@ def made(task: Task, folder: Path) -> dict[str, Any]:
     walk = course(motion, 1000 * distance_m, FRAMES / FPS, rng)
     page = load_page(folder / "badge")
     shoot = Shoot(FRAMES, FPS, crf, int(rng.integers(1 << 30)), task.forge)
-    places = film(page, built(page, rng), camera, walk, folder / "film.mp4", shoot)
-    tangents = -places[:, 0] / places[:, 2]
+    film(page, built(page, rng), camera, walk, folder / "film.mp4", shoot)
     facts = {
         "wear": wear,
         "distance_m": round(distance_m, 3),
         "motion": motion,
         "crf": crf,
-        "tan_u": (float(tangents.min()), float(tangents.max())),
     }
     note.write_text(json.dumps(facts), encoding="utf-8")
     return facts
@@ -178,4 +176,4 @@ QUESTIONS = {
     "identity": "Is the identity of 64 bits read whole?",
     "forged": "Is a forged film rejected? 13 kinds about seven formats",
 }
-PART = Part(QUESTIONS, OUTSIDE, cases, judged, 3, ("moireid.designer", "moireid.fabrication.page"))
+PART = Part(QUESTIONS, OUTSIDE, cases, judged, 6, ("moireid.designer", "moireid.fabrication.page"))

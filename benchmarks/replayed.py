@@ -241,4 +241,4 @@ QUESTIONS = {
     "figures": "Do the figures of enrolment differ from those of such a film?",
     "genuine": "Is a true film on the same trajectories, or on measured motion, accepted?",
 }
-PART = Part(QUESTIONS, OWN, cases, judged)
+PART = Part(QUESTIONS, OWN, cases, judged, 2)

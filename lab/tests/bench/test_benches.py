@@ -45,7 +45,8 @@ def test_no_two_attacks_have_one_name_and_all_fit_the_table() -> None:
 def test_figures_are_drawn_against_each_other_and_outcomes_counted() -> None:
     """Catches: two series in one line; a row without a figure drawn at 0; an outcome counted twice."""
     rows = [{"x": 1.0, "y": 2.0, "of": "a"}, {"x": 2.0, "y": 4.0, "of": "b"}, {"x": 3.0, "y": None, "of": "a"}]
-    (axes,) = plot_of(rows, ["x"], ("x", "y", "of")).axes
+    (axes,) = plot_of(rows, ("x", "y", "of")).axes
     assert {line.get_label(): list(line.get_xdata()) for line in axes.lines} == {"a": [1.0], "b": [2.0]}
-    (axes,) = plot_of(rows, ["x"], ("of",)).axes
-    assert [bar.get_width() for bar in axes.patches] == [2, 1]
+    counted = [{"question": "q", "kind": "k", "right": 2, "inconclusive": 1, "wrong": 0}]
+    (axes,) = plot_of(counted, ()).axes
+    assert [bar.get_width() for bar in axes.patches] == [2, 1, 0]

@@ -18,9 +18,10 @@ from pathlib import Path
 from typing import Any
 
 from moireid import __version__
+from moireid.errors import MoireIdError, SpecError
 from moireid.files import planned, whole_file, write_text
 from moireid_lab.bench.bench_plots import plot_of
-from moireid_lab.bench.bench_rows import Where, chosen_names, made_rows
+from moireid_lab.bench.bench_rows import Where, chosen_names, make_rows, sources_digest
 from moireid_lab.bench.part import Asked, Part
 from moireid_lab.bench.part import Row as Row
 from moireid_lab.bench.scoreboard import OUTCOMES, counted, described, judged
@@ -58,14 +59,15 @@ class Wish:
     def each(self, work: Callable[[Any], Row], jobs: Mapping[str, Any]) -> Iterator[Row]:
         """A row of each job, by name, in their order, made by the engine of collections; kept ones are not made again.
 
-        work: a function at the top of a module.  Raises: SpecError where no name is wanted.
+        work: a function at the top of a module.  Raises: SpecError where no name is wanted; MoireIdError where a job
+        gave no row, once the others are kept.
         """
-        wanted = [(name, jobs[name]) for name in self.chosen(jobs)]
-        how = "quick" if self.quick else "usual"
-        named = [(f"{how} {self.seed} {name}", job) for name, job in wanted]
-        for count, row in enumerate(made_rows(work, named, kept=self.kept, where=self.where), start=1):
-            self.progress(count, len(wanted))
-            yield row
+        start = f"{sources_digest(work.__module__)} {'quick' if self.quick else 'usual'} {self.seed}"
+        keyed = {f"{start} {name}": jobs[name] for name in self.chosen(jobs)}
+        rows, lost = make_rows(work, keyed, kept=self.kept, where=self.where, progress=self.progress)
+        if lost:
+            raise MoireIdError(f"{len(lost)} films of the bench gave no figures, first {lost[0]}; the others are kept")
+        return iter([rows[key] for key in keyed])
 
 
 def counted_verdicts(rows: Sequence[Row], reasons: int = 3) -> Row:
@@ -116,12 +118,14 @@ def of_part(name: str, part: Part) -> Bench:
     """The bench of a part: all its cases, or the first of them; counts by kind, then what was not right."""
 
     def rows(wish: Wish) -> Iterator[Row]:
+        if part.needs_data and wish.data is None:
+            raise SpecError(f"{name} draws badges into clips by others; give their folder by --data DIR")
         asked = Asked(wish.clips, wish.data)
         cases = list(part.cases(asked))
         with tempfile.TemporaryDirectory() as temporary:
             folder = wish.folder or Path(temporary)
             some = cases[: max(part.short, 3)] if wish.quick and wish.only is None else cases
-            yield from wish.each(judged, {case: (name, case, asked, folder) for case in some})
+            yield from wish.each(judged, {case: (name, case, "", asked, folder) for case in some})
 
     def table(rows: list[Row]) -> Iterator[Row]:
         for question in part.questions:
@@ -162,6 +166,6 @@ def write(folder: Path, name: str, bench: Bench, document: dict[str, Any], *, ov
     write_text(paths[0], json.dumps(document, indent=1) + "\n")
     for path in paths[1:]:
         with whole_file(path) as temporary:
-            figure = plot_of(list(bench.table(document["rows"])), list(bench.columns), bench.plot)
+            figure = plot_of(list(bench.table(document["rows"])), bench.plot)
             figure.savefig(temporary, format="svg", metadata={"Date": None})
     return paths

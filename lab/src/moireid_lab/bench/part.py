@@ -37,14 +37,14 @@ class Asked:
 class Part:
     """What answers some questions.
 
-    questions: in words, by name; films_by: who made the films; cases: by name, in the order in which they are made;
-    judge: makes and judges one, in a folder that the cases of a run share, and gives a row: `kind`, `answers` by
-    question, and figures; short: how many cases the short scoreboard has; sources: modules on which rows depend besides
-    those that the part's own module imports; needs_data: whether cases are made of clips by others.
+    questions: in words, by name; films_by: who made the films, of all questions or of each; cases: by name, in their
+    order; judge: makes and judges one, in a folder that the cases of a run share, and gives a row: `kind`, `answers` by
+    question, and figures; short: how many cases the short scoreboard has; sources: modules and paths on which rows
+    depend besides those that the part's own module imports; needs_data: whether cases are made of clips by others.
     """
 
     questions: Mapping[str, str]
-    films_by: str
+    films_by: str | Mapping[str, str]
     cases: Callable[[Asked], Mapping[str, Any]]
     judge: Callable[[Any, Path], Row]
     short: int = 0

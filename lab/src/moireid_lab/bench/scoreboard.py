@@ -8,10 +8,11 @@ being made.  Parts and cases are mixed, so that a run of limited time has the sa
 from __future__ import annotations
 
 import json
+import math
+import os
 import time
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
-from contextlib import closing
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -21,10 +22,8 @@ import numpy as np
 
 from moireid import __version__
 from moireid.files import write_text
-from moireid.result_cache import keep_row, kept_rows
-from moireid_lab.archive.engine import Task, run_tasks
-from moireid_lab.archive.isolated import LostJob
-from moireid_lab.bench.bench_rows import LIMITS, Where
+from moireid.result_cache import kept_rows
+from moireid_lab.bench.bench_rows import Where, make_rows
 from moireid_lab.bench.part import Asked, Row, interleaved
 from moireid_lab.bench.sources import version_of
 from moireid_lab.bench.suites import PARTS, module_of, part_of
@@ -33,7 +32,7 @@ from moireid_lab.evaluation.statistics import interval
 ROWS, DOCUMENT = "rows.jsonl", "scoreboard.json"
 OUTCOMES = ("right", "inconclusive", "wrong")
 #: What a row has besides figures.
-NOT_FIGURES = ("part", "case", "kind", "answers", "verdict", "why", "version", "date")
+NOT_FIGURES = ("part", "case", "kind", "answers", "verdict", "why", "version", "date", "s")
 
 
 @dataclass(frozen=True)
@@ -66,14 +65,20 @@ def plan(asked: Asked, *, short: bool = False) -> list[PlannedCase]:
     return list(interleaved(*parts).values())
 
 
-def judged(job: tuple[str, str, Asked, Path]) -> Row:
+def judged(job: tuple[str, str, str, Asked, Path]) -> Row:
     """The row of one case; runs in a process of the engine."""
-    part, name, asked, folder = job
-    module_of(part)
-    begun, own = time.perf_counter(), folder / part
+    part, name, version, asked, folder = job
+    begun, own = _processor_s(), folder / part
     own.mkdir(parents=True, exist_ok=True)
     row = part_of(part).judge(part_of(part).cases(asked)[name], own)
-    return {"part": part, "case": name, "s": time.perf_counter() - begun} | row
+    about = {"part": part, "case": name, "version": version, "date": datetime.now(UTC).date().isoformat()}
+    return about | {"s": round(_processor_s() - begun, 2)} | row
+
+
+def _processor_s() -> float:
+    """Processor time of this process and of those that it waited for."""
+    times = os.times()
+    return times.user + times.system + times.children_user + times.children_system
 
 
 def run(
@@ -91,28 +96,14 @@ def run(
     Parameters: kept: file of rows; folder: for films; hours: after which no case is begun.
     Returns: why cases gave no row.
     """
-    cases = [case for case in cases if asked.data or not part_of(case.part).needs_data]
-    rows, end, lost = kept_rows(kept), time.monotonic() + 3600 * (hours or 1e6), list[str]()
-    todo = [case for case in cases if case.key not in rows]
-    tasks = [Task(((case.part, case.name, asked, folder),)) for case in todo]
-    running = run_tasks(
-        judged,
-        tasks,
-        scheduler=where.scheduler,
-        workers=where.workers,
-        limits=LIMITS,
-        stop=lambda: time.monotonic() > end,
-    )
-    with closing(running) as ended:
-        for count, (place, done) in enumerate(ended, start=len(cases) - len(todo) + 1):
-            (row,), case = done.outcomes, todo[place]
-            if isinstance(row, LostJob):
-                lost.append(f"{case.part}, {case.name}: {row.why}")
-            else:
-                date = datetime.now(UTC).date().isoformat()
-                keep_row(kept, case.key, row | {"version": case.version, "date": date})
-            progress(count, len(cases))
-    return lost
+    end = time.monotonic() + 3600 * (math.inf if hours is None else hours)
+    jobs = {
+        case.key: (case.part, case.name, case.version, asked, folder)
+        for case in cases
+        if asked.data or not part_of(case.part).needs_data
+    }
+    stop = lambda: time.monotonic() > end  # noqa: E731
+    return make_rows(judged, jobs, kept=kept, where=where, progress=progress, stop=stop)[1]
 
 
 def newest(cases: Iterable[PlannedCase], kept: Path) -> list[Row]:
@@ -141,7 +132,7 @@ def document_of(cases: Sequence[PlannedCase], rows: Sequence[Row]) -> dict[str, 
             of_version = [row for row in own if row["version"] == version]
             entries += [_entry(name, question, version, of_version) for question in part_of(name).questions]
     taken = [
-        {"part": name, "cases": count, "s_a_case": round(float(np.mean(seconds)), 1)}
+        {"part": name, "cases": count, "s_a_case": round(float(np.mean(seconds)), 2)}
         for name, count in planned.items()
         if (seconds := [row["s"] for row in rows if row["part"] == name])
     ]
@@ -154,11 +145,12 @@ def _entry(part: str, question: str, version: str, rows: Sequence[Row]) -> dict[
     answering = [row for row in rows if question in row["answers"]]
     kinds = {row["kind"]: [one for one in answering if one["kind"] == row["kind"]] for row in answering}
     counts = counted(answering, question)
+    films_by = part_of(part).films_by
     return {
         "part": part,
         "question": question,
         "text": part_of(part).questions[question],
-        "films_by": part_of(part).films_by,
+        "films_by": films_by if isinstance(films_by, str) else films_by[question],
         **counts,
         "interval": [round(end, 4) for end in interval(counts["right"], counts["films"])],
         "command": f"moireid lab bench {part}",

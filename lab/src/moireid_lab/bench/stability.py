@@ -263,4 +263,4 @@ def named(asked: Asked) -> dict[str, str]:
 
 
 QUESTIONS = {"edge": "Is a stiff or extreme badge, build, picture or motion judged as physics expects?"}
-PART = Part(QUESTIONS, OWN, named, judged)
+PART = Part(QUESTIONS, OWN, named, judged, 4)

@@ -57,7 +57,7 @@ SUITES: dict[str, dict[str, str]] = {
 #: Every bench by name.
 BENCHES = {name: module for suite in SUITES.values() for name, module in suite.items()}
 #: Those that print figures alone.
-FIGURES_ALONE = ("simulate", "fabricate", "mounts", "published")
+FIGURES_ALONE = ("simulate", "mounts", "published")
 PARTS = tuple(name for name in BENCHES if name not in FIGURES_ALONE)
 SCRIPTS = Path(__file__).parents[4] / "benchmarks"
 

@@ -52,4 +52,4 @@ QUESTIONS = {
     "forged": "Is a film rejected that a reader of this code forges?",
     "genuine": "Is a true film on the same trajectories accepted?",
 }
-PART = Part(QUESTIONS, OWN, named, judged, 2)
+PART = Part(QUESTIONS, OWN, named, judged, 4)
