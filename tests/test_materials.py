@@ -20,6 +20,14 @@ def test_each_row_states_its_source_and_what_is_missing() -> None:
             for figure, word in ((row.thick_mm, "thickness"), (row.angle_deg, "angle"), (row.plastic, "plastic")):
                 assert figure is not None or word in (row.unstated or ""), (row.words, word)
             assert row.sizes_mm or "sheet sizes" in (row.unstated or ""), row.words
+            assert row.per_pack or "packs" in (row.unstated or ""), row.words
+            assert "adhesive" in f"{row.figures}{row.unstated}", row.words
+        if row.kind == "lens sheet":
+            stated = sorted(", ".join(row.figures.values()).split(", "))
+            held = {"pitch": row.lines_per_inch, "thickness": row.thick_mm, "angle": row.angle_deg}
+            held |= {"plastic": row.plastic, "index": row.refractive_index, "radius": row.label}
+            held |= {"sizes": row.sizes_mm, "pack": row.per_pack, "price": row.price}
+            assert [one for one in stated if one != "adhesive back"] == sorted(w for w, one in held.items() if one)
 
 
 def test_labels_keep_their_optics() -> None:

@@ -238,4 +238,4 @@ def _only(kind: Kind) -> Material:
 def _line(key: str, what: str, quantity: int, unit: str, note: str, row: Material | None) -> ListLine:
     if row is None:
         return ListLine(key, what, quantity, unit, note)
-    return ListLine(key, what, quantity, unit, note, row.source, row.unstated or "")
+    return ListLine(key, what, quantity, unit, note, row.origins, row.unstated or "")
