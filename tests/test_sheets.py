@@ -10,8 +10,8 @@ from moireid.badge import badge_from_json
 from moireid.designer import Order, design_badge
 from moireid.errors import SpecError
 from moireid.lenticule import trace_law
-from moireid.profiles import lens_named, mask_named, sheet_of_thickness
 from moireid.materials import materials
+from moireid.profiles import lens_named, mask_named, sheet_of_thickness
 from moireid.sheets import PRODUCTS, angles_in_focus_deg, effective_gap_mm, possible_gains, repeat_deg, sheet_lens
 
 OLD = {"40lpi": 1.25, "50lpi": 1.00, "60lpi": 0.84, "75lpi": 0.67}

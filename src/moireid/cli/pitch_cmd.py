@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -135,8 +136,9 @@ def pitch_test_command(
 )
 @click.option(
     "--printer-out",
-    type=click.Path(path_type=Path, dir_okay=False),
-    help="Also write a printer profile, .json: ink growth from the photo, and the measured scale.",
+    metavar="NAME|FILE",
+    help="Also keep a printer profile under that name, or write it as that .json: ink growth from the photo, and the "
+    "measured scale.",
 )
 @click.option(
     "--distance",
@@ -164,7 +166,7 @@ def calibrate_command(
     paper: str,
     band: float | None,
     out: Path,
-    printer_out: Path | None,
+    printer_out: str | None,
     distance: float | None,
     focal_px: float | None,
     scale_text: str | None,
@@ -177,7 +179,7 @@ def calibrate_command(
     Give a PHOTO or a film of the chart with the sheet on it, or the number of the matching band as --band. A film that
     is moved sideways also measures the sheet's thickness; a photo from about 1 m also measures by how much the printer
     widens lines. Then print badges for that sheet and printer: print-your-badge NAME --lens my-lens.json
-    --printer my-printer.json.
+    --printer my-printer.
 
     \b
     A camera:
@@ -210,7 +212,7 @@ def calibrate_command(
     from moireid.calibration.sheet_reading import SheetReading, printer_profile
     from moireid.designer.order import parse_scale
     from moireid.files import planned
-    from moireid.profiles import save_lens_profile, save_printer_profile
+    from moireid.profiles import keep_printer, printer_file, save_profile
 
     if (photo is None) == (band is None):
         raise SpecError("give either a photo of the chart or --band with the matching band's number")
@@ -219,7 +221,7 @@ def calibrate_command(
             raise SpecError(f"{option} belongs to a photo; give one in place of --band, or leave it out")
     if not out.name.lower().endswith(".json"):
         raise SpecError(f"--out {out} must end in .json, by which --lens knows a lens profile")
-    outs = [one for one in (out, printer_out) if one is not None]
+    outs = [out] if printer_out is None else [out, printer_file(printer_out)]
     planned(outs, overwrite=overwrite, make_folders=False, kept=[chart_json, photo])
     scales = parse_scale(scale_text) if scale_text else None
     scale, chart, ink = scales and scales[0], load_badge(chart_json), None
@@ -234,8 +236,9 @@ def calibrate_command(
         _say_notes(found)
     planned(outs, overwrite=overwrite, kept=[chart_json, photo])
     if printer_out is not None and ink is not None:
-        save_printer_profile(printer_profile(chart, ink, scales), printer_out)
-    save_lens_profile(made, out)
+        printer = keep_printer(printer_profile(chart, ink, scales), printer_out, overwrite=overwrite)
+        say(f"note: print-your-badge --printer {shlex.quote(printer_out)} draws for {printer.words}")
+    save_profile(made, out)
     _show(made, ink, out, as_json=as_json)
 
 

@@ -51,7 +51,7 @@ from moireid.fabrication.page.pdf import (
 from moireid.fabrication.process_figures import MountFigures
 from moireid.files import AnyPath, as_path, whole_file
 from moireid.names import line_of
-from moireid.profiles import find_printer
+from moireid.profiles import find_dot_mm
 
 #: The crop marks of two neighbouring boards are in line with each other, so they share the gutter.
 MARK_MM = 3.0
@@ -118,7 +118,7 @@ def write_sheets_pdf(
     first = badges[0]
     if any(badge.outline_mm != first.outline_mm for badge in badges):
         raise FabricationError("boards of several sizes do not share sheets; print one size at a time")
-    form, dot_mm = str((first.print or {}).get("form", "dots")), find_printer(first).dot_mm
+    form, dot_mm = str((first.print or {}).get("form", "dots")), find_dot_mm(first)
     places = places_mm(first)
     scale = (1 / measured_scale[0], 1 / measured_scale[1])
     x0, y0, x1, y1 = first.outline_mm

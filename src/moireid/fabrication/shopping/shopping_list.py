@@ -26,7 +26,7 @@ from moireid.fabrication.mount_parts import Parts
 from moireid.fabrication.shopping.cutting import CuttingPlan, Pieces, plan_cutting
 from moireid.fabrication.sight import sheet_pieces
 from moireid.materials import Kind, Material, materials, materials_for
-from moireid.profiles import PAPERS_MM, find_printer
+from moireid.profiles import PAPERS_MM, find_dpi
 from moireid.sheets import MM_PER_INCH, PRODUCTS
 
 MOST_PEOPLE = 10_000
@@ -214,7 +214,7 @@ def _paper_line(badge: Badge, people: int, spare_share: float) -> ListLine:
     to_a_page, paper = len(places_mm(badge)), _only("paper")
     name = next((name.upper() for name, size in PAPERS_MM.items() if size == badge.page_mm), "of the page's size")
     boards = "1 badge" if to_a_page == 1 else f"{to_a_page} badges"
-    note = f"{boards} on a page; print at {paper.settings}, {find_printer(badge).dpi} dpi"
+    note = f"{boards} on a page; print at {paper.settings}, {find_dpi(badge)} dpi"
     pages = with_spare(math.ceil(people / to_a_page), spare_share)
     return _line("paper", f"{paper.words}, {name}", pages, "pages", note, paper)
 
