@@ -29,7 +29,7 @@ from outside.page import Lens, load_page
 from moireid.asbuilt import AsBuilt
 from moireid.badge import Badge, load_badge
 from moireid.errors import MediaError
-from moireid.profiles import PrinterProfile, save_printer_profile
+from moireid.profiles import PrinterProfile, save_profile
 from moireid.verifier import Question, Report, verify
 from moireid.verifier.session.capture import capture_as_built
 from moireid_lab.bench.part import INCONCLUSIVE, OUTSIDE, Asked, Part, Row, answer_of, numbered, why_not
@@ -76,7 +76,7 @@ def badge_folder(folder: Path, kind: str, build: int) -> Path:
     """Where the badge and the films of a build are; another number is another badge, a copy is of the same."""
     if kind.endswith("narrowed"):
         printer = folder / "printer.json"
-        save_printer_profile(PrinterProfile("narrowed", 1200, 85.0), printer)
+        save_profile(PrinterProfile("narrowed", 1200, 85.0), printer)
         return prepared(folder / "narrowed", "--printer", str(printer))
     number = build % COPY
     payload = np.random.default_rng([number, 7]).bytes(8).hex()

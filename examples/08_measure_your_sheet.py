@@ -13,7 +13,7 @@ import moireid as mo
 from moireid.calibration.sheet_reading import read_sheet
 from moireid.designer import design_chart
 from moireid.fabrication.page.pdf import write_badge_pdf
-from moireid.profiles import save_lens_profile
+from moireid.profiles import save_profile
 
 folder = Path(sys.argv[1] if len(sys.argv) > 1 and "ipykernel" not in sys.modules else "out")
 folder.mkdir(parents=True, exist_ok=True)
@@ -57,7 +57,7 @@ print(f"thickness {sheet.lens.thickness_mm:.2f} mm; built {0.9 * chart.lens.thic
 # ## A badge for this very sheet
 
 # %%
-save_lens_profile(sheet, folder / "my_sheet.json")
+save_profile(sheet, folder / "my_sheet.json")
 badge = mo.design("Ada Lovelace", lens=folder / "my_sheet.json")
 print(badge)
 badge  # noqa: B018

@@ -10,8 +10,9 @@ from moireid.badge import badge_from_json
 from moireid.designer import Order, design_badge
 from moireid.errors import SpecError
 from moireid.lenticule import trace_law
+from moireid.materials import materials
 from moireid.profiles import lens_named, mask_named, sheet_of_thickness
-from moireid.sheets import PRODUCTS, effective_gap_mm, possible_gains, sheet_lens
+from moireid.sheets import PRODUCTS, angles_in_focus_deg, effective_gap_mm, possible_gains, repeat_deg, sheet_lens
 
 OLD = {"40lpi": 1.25, "50lpi": 1.00, "60lpi": 0.84, "75lpi": 0.67}
 
@@ -27,6 +28,26 @@ def test_every_product_says_what_its_label_says(label):
     traced = trace_law(lens, rear).effective_gap_mm(rear)
     # Rays that meet a half circle's flank go to the next lens in one trace, and are lost in the other.
     assert effective_gap_mm(lens, rear) == pytest.approx(traced, rel=0.04)
+
+
+@pytest.mark.claim
+def test_the_angles_that_sellers_state_are_not_the_laws() -> None:
+    """Catches: a row whose radius can be solved from its angle after all, and must be; an angle of half a period."""
+    # The published prototype: a picture repeats after 2 asin(n sin(atan(p / 2 g))) by the ray through a lens's top.
+    lens = lens_named("50lpi")
+    chief = 2 * math.degrees(math.asin(1.56 * math.sin(math.atan(0.508 / 2 / 1.00))))
+    assert repeat_deg(lens) == pytest.approx(chief, rel=0.05)
+    for row in materials():
+        if row.label is not None and row.angle_deg is not None:
+            low, high = angles_in_focus_deg(PRODUCTS[row.label])
+            assert row.angle_deg < low <= high < 75, row.label
+
+
+@pytest.mark.parametrize("label", PRODUCTS)
+def test_sheets_can_be_cut_stretched_by_what_a_seller_may_be_off(label: str) -> None:
+    """Catches: lenses of which the design's are half circles, so that a film of a wider sheet is refused."""
+    lens = lens_named(label)
+    assert lens.radius_mm is not None and lens.radius_mm > 1.1 * lens.pitch_mm / 2
 
 
 def test_a_gap_adds_its_own_depth_near_the_axis():

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from moireid.badge import Badge, Cell, Grating
 from moireid.errors import SpecError
 from moireid.frames import own_rect
-from moireid.profiles import Printer
+from moireid.sheets import MM_PER_INCH
 
 Array = NDArray[np.float64]
 #: The widest growth of a line that is drawn for, um: a laser of 1200 dpi was measured at 42 to 64.
@@ -109,7 +109,7 @@ def on_dots(badge: Badge) -> dict[str, Any] | None:
     print_data = badge.print or {}
     if "dpi" not in print_data or print_data.get("form") == "vector":
         return None
-    dot_mm = Printer(int(print_data["dpi"])).dot_mm
+    dot_mm = MM_PER_INCH / int(print_data["dpi"])
     rows = []
     for g, grating in enumerate(badge.gratings):
         if not isinstance(grating.axis, str):

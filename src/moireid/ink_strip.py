@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 from moireid.badge import Badge
 from moireid.frames import Rect
-from moireid.profiles import find_printer
+from moireid.profiles import find_dot_mm
 
 #: Ends of the strip are so far from the markers; its place below their middle, and its height, mm.
 SIDE_GAP_MM, BELOW_MM, HIGH_MM = 4.0, 8.2, 4.6
@@ -93,7 +93,7 @@ def strip_rect_mm(chart: Badge) -> Rect:
 
 def ink_patches(chart: Badge) -> tuple[InkPatch, ...]:
     """The patches of a chart, from left to right."""
-    dot_mm = find_printer(chart).dot_mm
+    dot_mm = find_dot_mm(chart)
     fine = max(LEAST_DOTS, round(FINE_MM / dot_mm))
     pitches = {"finest": max(2, round(FINEST_RATIO * fine)), "fine": fine, "coarse": COARSE_RATIO * fine}
     x0, y0, x1, y1 = strip_rect_mm(chart)

@@ -15,21 +15,24 @@ import msgspec
 from msgspec import Struct
 
 MM_PER_MIL = 0.0254
+#: Who states a figure of a lens sheet: derived, from figures of its row; assumed, no one.
+Origin = Literal["the maker", "a shop's page", "a publication", "derived", "assumed"]
 Kind = Literal["lens sheet", "acrylic", "paper", "film", "tape", "filament", "screws", "lanyard", "holder"]
 
 
 class Material(Struct, frozen=True, forbid_unknown_fields=True):
     """One row of the table.
 
-    source: where its figures come from; unstated: what no source states; label: the name for --lens, None for a
-    material that has none; sold: whether it is a product; maker, article: as they name themselves, None where no source
-    does; angle_deg: the viewing angle that the seller states; sizes_mm: width and height of sheets, or of what a holder
-    holds; price: of a pack, in that currency; formats: the badges that it is for, none for all; settings: of the
-    printer.
+    source: where its figures come from; figures: of a lens sheet, those that each origin states; unstated: what no
+    source states; label: the name for --lens, None for a material that has none; sold: whether it is a product; maker,
+    article: as they name themselves, None where no source does; angle_deg: the viewing angle that the seller states;
+    sizes_mm: width and height of sheets, or of what a holder holds; price: of a pack, in that currency; formats: the
+    badges that it is for, none for all; settings: of the printer.
     """
 
     kind: Kind
     source: str
+    figures: dict[Origin, str] = {}
     label: str | None = None
     sold: bool = True
     maker: str | None = None
@@ -52,6 +55,11 @@ class Material(Struct, frozen=True, forbid_unknown_fields=True):
     def thick_mm(self) -> float | None:
         """Thickness, mm; None where no source states it."""
         return self.thickness_mm if self.thickness_mil is None else self.thickness_mil * MM_PER_MIL
+
+    @property
+    def origins(self) -> str:
+        """The source, and of a lens sheet who states which figure."""
+        return "; ".join([self.source, *(f"{origin}: {figures}" for origin, figures in self.figures.items())])
 
     @property
     def words(self) -> str:

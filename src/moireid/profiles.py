@@ -3,14 +3,12 @@
 A label gives nominal figures; a real sheet's pitch differs by some tenths of a percent, and its thickness by some
 percent.  A lens profile is a file with the measured figures of one sheet (`moireid calibrate` writes it), and can be
 used in place of a label.  Enrolment as built still measures each badge.  A printer profile is the same of a printer: by
-how much it widens lines, and its scale.
+how much it widens lines, and its scale.  Such a file is kept for this user under a bare name, too.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
@@ -19,9 +17,10 @@ from msgspec import Meta, Struct
 
 from moireid.badge import Badge, Lens
 from moireid.errors import SpecError
-from moireid.files import AnyPath, read_regular, whole_file
+from moireid.files import AnyPath, planned, read_regular, whole_file
 from moireid.models import check_format, parse_json, read_model
 from moireid.sheets import ACRYLIC_INDEX, MM_PER_INCH, PRODUCTS, sheet_lens
+from moireid.user_settings import data_folder, nearest
 
 #: Family of a pitch test sheet's grating: uniform bands and no code.
 CHART_FAMILY = "pitch-test"
@@ -47,20 +46,8 @@ PAPERS_MM = {
 }
 
 
-@dataclass(frozen=True)
-class Printer:
-    """A printer: dots per inch."""
-
-    dpi: int
-
-    @property
-    def dot_mm(self) -> float:
-        """Width of one dot, mm."""
-        return MM_PER_INCH / self.dpi
-
-
-def find_printer(badge: Badge) -> Printer:
-    """The printer that a badge or a pitch test is drawn for.
+def find_dpi(badge: Badge) -> int:
+    """Dots per inch of the printer that a badge or a pitch test is drawn for.
 
     Raises: SpecError where the badge states a resolution that no printer has.
     """
@@ -68,7 +55,12 @@ def find_printer(badge: Badge) -> Printer:
     low, high = DPI_RANGE
     if not (isinstance(dpi, int | float) and low <= dpi <= high):
         raise SpecError(f"print.dpi={dpi!r} of badge {badge.name!r} is no printer's; correct it to {low} to {high}")
-    return Printer(int(dpi))
+    return int(dpi)
+
+
+def find_dot_mm(badge: Badge) -> float:
+    """Width of one dot of that printer, mm."""
+    return MM_PER_INCH / find_dpi(badge)
 
 
 class LensProfile(Struct, frozen=True, tag_field="kind", tag="lens-profile", rename={"found": "from"}):
@@ -89,10 +81,6 @@ class LensProfile(Struct, frozen=True, tag_field="kind", tag="lens-profile", ren
             raise ValueError(f"holds a lens that no lens sheet has: {figures}; allowed are {SHEET_RANGES}")
         if self.pitch_sd_mm > most_mm:
             raise ValueError(f"pitch_sd_mm={self.pitch_sd_mm:g} must be a number from 0 to {most_mm:g}")
-
-    def to_json(self) -> str:
-        """The text of the file, with a final newline."""
-        return _profile_text(self)
 
 
 def lens_named(label: str) -> Lens:
@@ -170,23 +158,19 @@ def _with_radius(document: Any) -> Any:
     return document if radius_mm is None else document | {"lens": lens | {"radius_mm": radius_mm}}
 
 
-def _profile_text(profile: LensProfile | PrinterProfile) -> str:
+def profile_document(profile: LensProfile | PrinterProfile) -> dict[str, Any]:
+    """What the file of a profile holds."""
     # Figures may be numpy's.
-    document = {"format": PROFILE_FORMAT} | msgspec.to_builtins(profile, enc_hook=float)
-    return json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+    return {"format": PROFILE_FORMAT, **msgspec.to_builtins(profile, enc_hook=float)}
 
 
-def _save_profile(profile: Profile, path: AnyPath, load: Callable[[AnyPath], Profile]) -> None:
+def save_profile(profile: Profile, path: AnyPath) -> None:
     """Write a profile, whole or not at all.  Raises: SpecError if it could not be read back."""
+    text = json.dumps(profile_document(profile), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
     with whole_file(path) as temporary:
-        temporary.write_text(profile.to_json(), encoding="utf-8")
-        if load(temporary) != profile:
+        temporary.write_text(text, encoding="utf-8")
+        if _read_profile(temporary, f"profile {path}", type(profile)) != profile:
             raise SpecError(f"profile {path} does not read back as it was written; report this")
-
-
-def save_lens_profile(profile: LensProfile, path: AnyPath) -> None:
-    """Write a lens profile, whole or not at all.  Raises: SpecError if it could not be read back."""
-    _save_profile(profile, path, load_lens_profile)
 
 
 class PrinterProfile(Struct, frozen=True, tag_field="kind", tag="printer-profile", rename={"found": "from"}):
@@ -205,20 +189,52 @@ class PrinterProfile(Struct, frozen=True, tag_field="kind", tag="printer-profile
     found: dict[str, Any] = {}
 
     @property
+    def words(self) -> str:
+        """What pages drawn for the printer have by it."""
+        scale = "true size" if self.measured_scale is None else "1/{:g} wide, 1/{:g} high".format(*self.measured_scale)
+        return f"{self.name}: lines {self.drawn_growth_um:g} um narrower, {self.dpi} dpi, {scale}"
+
+    @property
     def drawn_growth_um(self) -> float:
         """The growth that pages are drawn for: none where it was not measured, or where lines become narrower."""
         return max(self.ink_growth_um or 0.0, 0.0)
 
-    def to_json(self) -> str:
-        """The text of the file, with a final newline."""
-        return _profile_text(self)
+
+def printer_file(name: AnyPath) -> Path:
+    """Where a printer's profile is: at a path; of a bare name, among what is kept for this user.
+
+    Raises: SpecError for a bare name where the user has no home folder.
+    """
+    path = Path(name)
+    if path.suffix.lower() == ".json" or len(path.parts) > 1:
+        return path
+    if (data := data_folder()) is None:
+        raise SpecError(f"printer {str(path)!r} can be kept by name only in a home folder; give a .json file")
+    return data / "printers" / f"{path}.json"
 
 
-def load_printer_profile(path: AnyPath) -> PrinterProfile:
-    """Read a printer profile.  Raises: SpecError if it is missing or none, or has impossible figures."""
+def keep_printer(printer: PrinterProfile, name: AnyPath, *, overwrite: bool = False) -> PrinterProfile:
+    """Write a printer's profile as `printer_file` has it; returned with that name.
+
+    Raises: SpecError where there is one, and it is not to be replaced.
+    """
+    path = printer_file(name)
+    planned([path], overwrite=overwrite)
+    kept = msgspec.structs.replace(printer, name=path.stem)
+    save_profile(kept, path)
+    return kept
+
+
+def load_printer_profile(name: AnyPath) -> PrinterProfile:
+    """Read a printer profile by its path or name.
+
+    Raises: SpecError if it is missing or none, or has impossible figures.
+    """
+    path = printer_file(name)
+    if path != Path(name) and not path.exists():
+        kept = sorted(one.stem for one in path.parent.glob("*.json"))
+        raise SpecError(
+            f"no printer is kept as {str(name)!r}{nearest(str(name), kept)}; kept: {', '.join(kept) or 'none yet'}; "
+            "first-badge --printer NAME keeps one that it measures, and so does calibrate --printer-out NAME"
+        )
     return _read_profile(path, f"printer profile {path}", PrinterProfile)
-
-
-def save_printer_profile(profile: PrinterProfile, path: AnyPath) -> None:
-    """Write a printer profile, whole or not at all.  Raises: SpecError if it could not be read back."""
-    _save_profile(profile, path, load_printer_profile)

@@ -4,10 +4,13 @@ A label names one product: lines per inch and thickness as its seller lists them
 of a sheet is *traced* (`lenticule`), and what one built badge really does is measured when it is enrolled.
 
 What sellers do not list is the radius of the lenses.  A sheet for print focuses on its back, so R = g (n - 1) / n; the
-thinnest sheets of a pitch would need cylinders of less than half a circle's width for that, and are taken as half
-circles.
+thinnest sheets of a pitch would need steeper lenses for that than any that are known, and focus a little behind it.
 
-Source of the table: `materials.toml` has each sheet with its source.
+Sellers state a viewing angle, and no radius can be solved for it: fringes repeat after the angle of `repeat_deg`, and
+whatever radius is in focus, that is wider than the angle stated (`angles_in_focus_deg`; a test holds it).  So a stated
+angle names a product, and says nothing of its law.
+
+Source of the table: `materials.toml` has each sheet with its sources.
 """
 
 from __future__ import annotations
@@ -24,8 +27,11 @@ from moireid.lenticule import view_response
 from moireid.materials import Material, materials
 
 MM_PER_INCH = 25.4
-#: Half circles meet at a right angle to the sheet; their radius is half a pitch, and a little more, as sheets stretch.
-LEAST_RADIUS_RATIO = 0.5025
+#: Radius over pitch of the steepest lenses that are known: 0.0075 inches, of 75 lines an inch and 18 mil (Wikipedia,
+#: Lenticular lens, example); and of lenses that are almost half circles, than which none can be steeper.
+LEAST_RADIUS_RATIO, HALF_CIRCLE_RATIO = 0.5625, 0.5025
+#: A lens that keeps this share of contrast counts as in focus.
+IN_FOCUS = 0.9
 #: Refractive index of PMMA, of which a mask's spacer is.
 ACRYLIC_INDEX = 1.49
 #: The sheet of boards, and of what is printed or measured where none is named (docs/decisions/printing.md).
@@ -35,7 +41,7 @@ DEFAULT_LENS = "62lpi-27mil"
 def sheet_lens(pitch_mm: float, thickness_mm: float, refractive_index: float) -> Lens:
     """The lens of a sheet, focused on its back as nearly as its pitch lets it.
 
-    Convention: a sheet that can focus has the default radius of `badge.Lens`; a thinner one is of half circles.
+    Convention: a sheet that can focus has the default radius of `badge.Lens`; a thinner one the least that is known.
     Raises: SpecError where the thickness is no sheet's.
     Source: module docstring.
     """
@@ -61,6 +67,23 @@ def _lens_sold(row: Material) -> Lens:
 
 #: Lens sheets by their labels: all rows of the table of materials that have one.
 PRODUCTS = {row.label: _lens_sold(row) for row in materials() if row.label is not None}
+
+
+def repeat_deg(lens: Lens) -> float:
+    """The angle from side to side after which lines of a sheet's own pitch look the same again.
+
+    Source: `lenticule.view_response`, as far as its phase turns by a half on each side.
+    """
+    tangents = np.linspace(0.0, 1.0, 100)
+    phase = np.unwrap(np.angle(view_response(lens, lens.pitch_mm, tangents)))
+    return 2 * math.degrees(math.atan(np.interp(math.pi, phase - phase[0], tangents)))
+
+
+def angles_in_focus_deg(lens: Lens) -> tuple[float, float]:
+    """Least and greatest `repeat_deg` of a sheet over all radii that keep `IN_FOCUS` of the lines' contrast."""
+    sheets = [replace(lens, radius_mm=share * lens.pitch_mm) for share in np.linspace(HALF_CIRCLE_RATIO, 2.0, 40)]
+    angles = [repeat_deg(one) for one in sheets if abs(view_response(one, one.pitch_mm, 0.0)) >= IN_FOCUS]
+    return min(angles), max(angles)
 
 
 # --- How far can fringes move under a sheet as sold? -----------------------------------------------------------------
@@ -103,10 +126,9 @@ def possible_gains(lens: Lens, rear_pitch_mm: float) -> tuple[float, float]:
     sheets = [lens]
     if lens.kind == "lenticular":
         index, pitch = lens.refractive_index, lens.pitch_mm
-        thinnest_mm = LEAST_RADIUS_RATIO * pitch * index / (index - 1.0)
+        thinnest = Lens("lenticular", pitch, HALF_CIRCLE_RATIO * pitch * index / (index - 1.0), index)
         alike = [one for one in PRODUCTS.values() if abs(one.pitch_mm / pitch - 1) <= SAME_PITCH_SHARE]
-        sold = [(one.thickness_mm, one.refractive_index) for one in alike]
-        focused = [sheet_lens(pitch, *figures) for figures in [*sold, (thinnest_mm, index)]]
+        focused = [thinnest, *(sheet_lens(pitch, one.thickness_mm, one.refractive_index) for one in alike)]
         sheets += [replace(one, radius_mm=ratio * (one.radius_mm or 0)) for one in focused for ratio in RADIUS_RATIOS]
     bare = [effective_gap_mm(sheet, rear_pitch_mm) for sheet in sheets]
     apart = [effective_gap_mm(sheet, rear_pitch_mm, MOST_GAP_MM) for sheet in sheets]

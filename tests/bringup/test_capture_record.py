@@ -21,7 +21,7 @@ from moireid.bringup.build_folder import BADGE_JSON, open_folder
 from moireid.bringup.capture_record import film_record, write_record
 from moireid.bringup.chart_steps import PRINTER, SHEET
 from moireid.bringup.field_crops import field_crops, rectified
-from moireid.profiles import LensProfile, PrinterProfile, save_lens_profile, save_printer_profile
+from moireid.profiles import LensProfile, PrinterProfile, save_profile
 from moireid.verifier import Question, verify
 
 
@@ -33,8 +33,8 @@ def test_a_record_holds_figures_signals_and_fields_and_no_name_unless_asked(tmp_
     folder = open_folder(tmp_path / "first")
     folder.at("badge").mkdir(parents=True)
     folder.at(BADGE_JSON).write_text(badge.to_json())
-    save_lens_profile(LensProfile("mine", badge.lens, 1e-5), folder.at(SHEET))
-    save_printer_profile(PrinterProfile("mine", 600, 41.0, 4.0), folder.at(PRINTER))
+    save_profile(LensProfile("mine", badge.lens, 1e-5), folder.at(SHEET))
+    save_profile(PrinterProfile("mine", 600, 41.0, 4.0), folder.at(PRINTER))
     folder.at(badge_steps.FILMS).write_text(json.dumps([film_record(report, None, field_crops(report))]))
     for with_badge in (False, True):
         write_record(collect_record(folder, with_badge=with_badge, note="from a shop"), tmp_path / "record.json")

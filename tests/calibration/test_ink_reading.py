@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import click
 import cv2
 import numpy as np
 import pypdfium2 as pdfium
@@ -13,7 +14,7 @@ from moireid.cli.printing.print_cmd import print_command
 from moireid.designer.chart import design_chart
 from moireid.fabrication.page.chart_page import PDF, print_chart
 from moireid.ink_strip import ink_patches, strip_rect_mm
-from moireid.profiles import PrinterProfile, load_printer_profile, save_printer_profile
+from moireid.profiles import PrinterProfile, keep_printer, load_printer_profile, save_profile
 from moireid_lab.bench.fabricate.strip_photographs import OddCamera, photographed_strip
 
 #: Cameras and light: as the reader expects; other tone curves; blurred, noisy, unevenly lit; sharpened; small.
@@ -91,7 +92,7 @@ def test_a_printer_profile_reads_back_and_serves_the_print_commands(tmp_path):
     """Catches: a profile whose figures the commands ignore, or put before those that are given."""
     path = tmp_path / "mine.json"
     printer = PrinterProfile("mine", 600, 41.5, 4.0, (0.998, 0.999), {"how": "a test"})
-    save_printer_profile(printer, path)
+    save_profile(printer, path)
     assert load_printer_profile(path) == printer and PrinterProfile("thin", 600, -3.0).drawn_growth_um == 0
     made = ["Ada", "--out", "ada", "--printer", str(path)]
     for given, dpi, scale in (
@@ -100,3 +101,15 @@ def test_a_printer_profile_reads_back_and_serves_the_print_commands(tmp_path):
     ):
         taken = print_command.make_context("print", [*made, *given]).params
         assert (taken["printer_dpi"], taken["ink_growth_um"], taken["measured_scale"]) == (dpi, 41.5, scale)
+
+
+def test_a_printer_is_kept_once_and_used_by_its_name(tmp_path, monkeypatch, capsys):
+    """Catches: a name that is taken for a file; a profile kept elsewhere than it is looked for; one used unsaid."""
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
+    monkeypatch.chdir(tmp_path)
+    keep_printer(PrinterProfile("printer of 600 dpi", 600, 64.0, 4.0, (0.998, 0.999)), "office-laser")
+    taken = print_command.make_context("print", ["Ada", "--out", "ada", "--printer", "office-laser"]).params
+    assert (taken["printer_dpi"], taken["ink_growth_um"], taken["measured_scale"]) == (600, 64.0, (0.998, 0.999))
+    assert "office-laser: lines 64 um narrower, 600 dpi, 1/0.998 wide, 1/0.999 high" in capsys.readouterr().err
+    with pytest.raises(click.UsageError, match="did you mean office-laser"):
+        print_command.make_context("print", ["Ada", "--out", "ada", "--printer", "ofice-laser"])

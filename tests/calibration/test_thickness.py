@@ -12,7 +12,7 @@ from moireid.calibration.thickness import Thickness, thickness_of_gain, with_thi
 from moireid.cli.main import moireid
 from moireid.designer.chart import design_chart
 from moireid.fabrication.page.chart_page import JSON, print_chart
-from moireid.profiles import LensProfile, lens_named, load_lens_profile, save_lens_profile
+from moireid.profiles import LensProfile, lens_named, load_lens_profile, save_profile
 from moireid.sheets import effective_gap_mm, sheet_lens
 from moireid.simulate import Build, Scene, film, motion_named
 
@@ -33,7 +33,7 @@ def test_a_profile_of_a_thin_sheet_is_read_back(tmp_path):
     profile = LensProfile("mine", lens_named("75lpi"), 1e-4, {"how": "a test"})
     assert with_thickness(profile, Thickness(why="still")) is profile
     thin = with_thickness(profile, Thickness(0.457, 0.012))
-    save_lens_profile(thin, tmp_path / "thin.json")
+    save_profile(thin, tmp_path / "thin.json")
     read = load_lens_profile(tmp_path / "thin.json")
     assert read.lens.thickness_mm == 0.457 and read.found["thickness_sd_mm"] == 0.012
 

@@ -8,6 +8,7 @@ import json
 from pathlib import Path
 
 import cv2
+import msgspec
 import numpy as np
 import pytest
 from click.testing import CliRunner
@@ -33,12 +34,13 @@ def call(folder: Path, *more: str, code: int = 0) -> dict:
 
 @pytest.mark.claim("first-badge measures sheet, printer and camera")
 @pytest.mark.slow
-def test_a_builder_is_led_to_a_badge_whose_figures_are_known(tmp_path: Path):
+def test_a_builder_is_led_to_a_badge_whose_figures_are_known(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     """Catches: a badge printed for the label in place of the sheet; figures that are off by more than their error
     bars; air that is put down to the sheet; a step that is asked for twice; a name or identity in the record; a file
     that is written and not protected in a folder of others."""
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
     folder = tmp_path / "first"
-    assert call(folder, "--name", "Ada Lovelace", "--lens", "50lpi")["next"]["name"] == "sheet"
+    assert call(folder, "--name", "Ada Lovelace", "--lens", "50lpi", "--printer", "mine")["next"]["name"] == "sheet"
     chart = load_badge(folder / "pitch-test.json")
     luma = photographed_chart(chart, PhotoCase("50lpi", LENS_SCALE, 0.4, 1.0, 4.0), GROWTH_UM)
     cv2.imwrite(str(folder / "sheet-photo.jpg"), luma, [cv2.IMWRITE_JPEG_QUALITY, 92])
@@ -48,6 +50,7 @@ def test_a_builder_is_led_to_a_badge_whose_figures_are_known(tmp_path: Path):
     assert badge.name == "Ada Lovelace" and badge.lens == load_lens_profile(folder / "sheet.json").lens
     assert badge.lens.pitch_mm == pytest.approx(0.508 * LENS_SCALE, rel=2e-4)
     assert badge.print["ink_growth_um"] == printer.ink_growth_um == pytest.approx(GROWTH_UM, abs=8)
+    assert load_printer_profile("mine") == msgspec.structs.replace(printer, name="mine")
 
     true = 0.508 * LENS_SCALE / badge.lens.pitch_mm
     scene = Scene(badge, Build(lens_scale=true, twist_rad=TWIST_RAD, air_gap_mm=AIR_MM, lens_offset_mm=0.1))

@@ -88,12 +88,14 @@ class Reading(Struct, frozen=True):
 class Wish(Struct, frozen=True):
     """What the builder wants, and measured by hand.
 
-    thickness_mm: of the sheet by a calliper; measured_scale: measured over stated length of the chart's scale bars;
+    printer: the name under which the measured printer is kept, None for none; thickness_mm: of the sheet by a calliper;
+    measured_scale: measured over stated length of the chart's scale bars;
     distance_m, focal_px: of the photo of the pitch test.
     """
 
     name: str = "First Badge"
     lens: str = DEFAULT_LENS
+    printer: str | None = None
     printer_dpi: int = 1200
     paper: Literal["a4", "letter"] = "a4"
     thickness_mm: Annotated[float, Meta(gt=0)] | None = None

@@ -26,7 +26,7 @@ from moireid.badge import Badge
 from moireid.bringup.build_folder import Figure
 from moireid.bringup.field_crops import FieldCrop
 from moireid.files import AnyPath, write_text
-from moireid.profiles import LensProfile, PrinterProfile
+from moireid.profiles import LensProfile, PrinterProfile, profile_document
 from moireid.verifier.session.result import Report
 from moireid.version import __version__
 
@@ -94,8 +94,8 @@ def capture_record(
         "print": printed,
         "films": films,
         "figures": msgspec.to_builtins(figures),
-        "sheet": json.loads(sheet.to_json()),
-        "printer": json.loads(printer.to_json()),
+        "sheet": profile_document(sheet),
+        "printer": profile_document(printer),
         "note": note,
     } | ({"badge": json.loads(badge.to_json())} if with_badge else {})
 

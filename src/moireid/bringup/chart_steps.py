@@ -19,7 +19,7 @@ from moireid.calibration.thickness import Thickness, thickness_from_film, with_t
 from moireid.errors import MediaError, MoireIdError
 from moireid.fabrication.page.camera_page import print_camera_chart
 from moireid.fabrication.page.chart_page import JSON, PDF, print_chart
-from moireid.profiles import save_lens_profile, save_printer_profile
+from moireid.profiles import save_profile
 from moireid.sheets import MM_PER_INCH
 from moireid.verifier.video import Progress
 
@@ -68,8 +68,8 @@ def read_charts(folder: BuildFolder, progress: Progress | None) -> Reading:
     thickness, how = _by_hand(thickness, wish.thickness_mm)
     profile = with_thickness(found.profile, thickness)
     printer = printer_profile(chart, found.ink, scales)
-    save_lens_profile(profile, folder.at(SHEET))
-    save_printer_profile(printer, folder.at(PRINTER))
+    save_profile(profile, folder.at(SHEET))
+    save_profile(printer, folder.at(PRINTER))
     figures = [
         _pitch(found),
         _thickness(thickness, how, profile.lens.thickness_mm),

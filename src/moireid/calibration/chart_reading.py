@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from moireid.badge import Badge
 from moireid.dots import realised
 from moireid.errors import MediaError, SpecError
-from moireid.profiles import CHART_FAMILY, find_printer
+from moireid.profiles import CHART_FAMILY, find_dot_mm
 from moireid.verifier.camera.plane_pose import start_poses
 from moireid.verifier.picture import LINEAR_COUNTS, counts_of
 from moireid.verifier.tracking.brightness_profiles import ProfileReader
@@ -96,7 +96,7 @@ def printed_frequencies(chart: Badge) -> Array:
 
 def printed_dot_mm(chart: Badge) -> float | None:
     """The printer's dot, mm, if the lines were drawn on dot borders; otherwise None."""
-    return find_printer(chart).dot_mm if (chart.print or {}).get("form") == "dots" else None
+    return find_dot_mm(chart) if (chart.print or {}).get("form") == "dots" else None
 
 
 def view_chart(

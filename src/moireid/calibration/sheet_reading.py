@@ -15,7 +15,7 @@ from moireid.calibration.still import load_pictures
 from moireid.calibration.thickness import Thickness, thickness_from_film, with_thickness
 from moireid.errors import MediaError
 from moireid.files import AnyPath, as_path
-from moireid.profiles import LensProfile, PrinterProfile, find_printer
+from moireid.profiles import LensProfile, PrinterProfile, find_dpi
 from moireid.question import KnownCamera
 from moireid.verifier.measuring import FOCAL_PRIOR_RATIO
 from moireid.verifier.video import Progress
@@ -125,6 +125,6 @@ def printer_profile(chart: Badge, ink: InkGrowth, measured_scale: tuple[float, f
     """
     noted = {"chart": chart.name, "pictures": ink.pictures, "misfit": round(ink.misfit, 4)}
     noted |= {"why_no_ink_growth": ink.why} if ink.um is None else {}
-    dpi = find_printer(chart).dpi
+    dpi = find_dpi(chart)
     sd_um = None if ink.um is None else ink.sd_um
     return PrinterProfile(f"printer of {dpi} dpi", dpi, ink.um, sd_um, measured_scale, noted)

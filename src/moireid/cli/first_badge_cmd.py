@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -26,6 +27,7 @@ from moireid.errors import SpecError
 
 if TYPE_CHECKING:
     from moireid.bringup.bring_up import Advance
+    from moireid.bringup.build_folder import BuildFolder
 
 MEDIA = click.Path(path_type=Path, dir_okay=False)
 
@@ -36,6 +38,7 @@ MEDIA = click.Path(path_type=Path, dir_okay=False)
 @click.option(
     "--lens", metavar="LABEL", help="What the sheet is sold as; see print-your-badge.  [default: 62lpi-27mil]"
 )
+@click.option("--printer", metavar="NAME", help="Keep the printer, once measured, for print-your-badge --printer NAME.")
 @click.option("--printer-dpi", type=click.IntRange(72, 9600), metavar="DPI", help="[default: 1200]")
 @click.option("--paper", type=click.Choice(["a4", "letter"]), help="[default: a4]")
 @click.option(
@@ -109,8 +112,24 @@ def first_badge_command(
     if record is not None:
         _write_record(made, record, with_badge=with_badge, note=note, overwrite=overwrite)
     _show(made, page, record, as_json=as_json)
+    _keep_printer(made.folder, overwrite=overwrite)
     if made.refused is not None:
         raise click.exceptions.Exit(INCONCLUSIVE)
+
+
+def _keep_printer(folder: BuildFolder, *, overwrite: bool) -> None:
+    """Keep the printer under its name, once it is measured.  Raises: SpecError where another one is kept so."""
+    from moireid.bringup.chart_steps import PRINTER
+    from moireid.profiles import keep_printer, load_printer_profile, printer_file
+
+    name = folder.wish.printer
+    if name is None or not folder.at(PRINTER).exists():
+        return
+    printer, path = load_printer_profile(folder.at(PRINTER)), printer_file(name)
+    if path.exists() and load_printer_profile(path).found == printer.found:
+        return
+    kept = keep_printer(printer, name, overwrite=overwrite)
+    say(f"note: print-your-badge --printer {shlex.quote(name)} draws for {kept.words}")
 
 
 def _check_record(record: Path | None, *, with_badge: bool, note: str) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -127,8 +128,9 @@ def pitch_test_command(
 )
 @click.option(
     "--printer-out",
-    type=click.Path(path_type=Path, dir_okay=False),
-    help="Also write a printer profile, .json: ink growth from the photo, and the measured scale.",
+    metavar="NAME|FILE",
+    help="Also keep a printer profile under that name, or write it as that .json: ink growth from the photo, and the "
+    "measured scale.",
 )
 @click.option(
     "--distance",
@@ -155,7 +157,7 @@ def calibrate_command(
     camera: bool,
     paper: str,
     out: Path,
-    printer_out: Path | None,
+    printer_out: str | None,
     distance: float | None,
     focal_px: float | None,
     scale_text: str | None,
@@ -167,7 +169,7 @@ def calibrate_command(
 
     Give a PHOTO or a film of the chart with the sheet on it. A film that is moved sideways also measures the sheet's
     thickness; a photo from about 1 m also measures by how much the printer widens lines. Then print badges for that
-    sheet and printer: print-your-badge NAME --lens my-lens.json --printer my-printer.json.
+    sheet and printer: print-your-badge NAME --lens my-lens.json --printer my-printer.
 
     \b
     A camera:
@@ -198,13 +200,13 @@ def calibrate_command(
     from moireid.calibration.sheet_reading import SheetReading, printer_profile
     from moireid.designer.order import parse_scale
     from moireid.files import planned
-    from moireid.profiles import save_lens_profile, save_printer_profile
+    from moireid.profiles import keep_printer, printer_file, save_profile
 
     if photo is None:
         raise SpecError("give a photo or a film of the chart, with the sheet on it")
     if not out.name.lower().endswith(".json"):
         raise SpecError(f"--out {out} must end in .json, by which --lens knows a lens profile")
-    outs = [one for one in (out, printer_out) if one is not None]
+    outs = [out] if printer_out is None else [out, printer_file(printer_out)]
     planned(outs, overwrite=overwrite, make_folders=False, kept=[chart_json, photo])
     scales = parse_scale(scale_text) if scale_text else None
     chart = load_badge(chart_json)
@@ -214,8 +216,9 @@ def calibrate_command(
     _say_notes(found)
     planned(outs, overwrite=overwrite, kept=[chart_json, photo])
     if printer_out is not None:
-        save_printer_profile(printer_profile(chart, found.ink, scales), printer_out)
-    save_lens_profile(found.profile, out)
+        printer = keep_printer(printer_profile(chart, found.ink, scales), printer_out, overwrite=overwrite)
+        say(f"note: print-your-badge --printer {shlex.quote(printer_out)} draws for {printer.words}")
+    save_profile(found.profile, out)
     _show(found, out, as_json=as_json)
 
 

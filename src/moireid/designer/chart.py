@@ -17,7 +17,7 @@ from moireid.designer.layout import DICTIONARY, PAPER_MARGIN_MM, QUIET_MODULES
 from moireid.designer.order import MARGIN_MM
 from moireid.errors import DesignError
 from moireid.idcodes.pitch import line_up
-from moireid.profiles import CHART_FAMILY, PAPERS_MM, Printer, lens_named
+from moireid.profiles import CHART_FAMILY, PAPERS_MM, lens_named
 from moireid.sheets import MM_PER_INCH
 
 STEP_LPI = 0.1
@@ -128,7 +128,7 @@ def _check(lens: Lens, printer_dpi: int, paper: str, steps: int) -> None:
             f"{steps} steps on each side do not fit {paper} in bands of {MIN_BAND_MM:g} mm; give 1 to {most}",
             most_steps=most,
         )
-    dots = lens.pitch_mm * DUTY / Printer(printer_dpi).dot_mm
+    dots = lens.pitch_mm * DUTY / (MM_PER_INCH / printer_dpi)
     if dots < MIN_DOTS_PER_LINE:
         raise DesignError(
             f"at {printer_dpi} dpi a line of {lens.pitch_mm * DUTY:.3f} mm is {dots:.1f} dots wide, fewer than "

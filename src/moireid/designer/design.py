@@ -34,7 +34,7 @@ from moireid.idcodes.pitch import LEVELS as PITCH_LEVELS
 from moireid.idcodes.spacing import PHASE_LEVELS
 from moireid.materials import materials
 from moireid.optics import rear_pitch_for_beat_mm
-from moireid.profiles import PAPERS_MM, Printer, lens_named, mask_named, sheet_of_thickness
+from moireid.profiles import PAPERS_MM, lens_named, mask_named, sheet_of_thickness
 from moireid.sheets import MM_PER_INCH, PRODUCTS
 
 #: More spacing of levels than this many fringes across the grating only shortens the fringes.
@@ -352,7 +352,7 @@ def choose_beats(layout: Layout, far_m: float, lens_pitch_mm: float, levels: int
 def _check_printer(order: Order, pitch_mm: float) -> None:
     """A line must be drawn some dots wide."""
     drawn_mm = pitch_mm * DUTY - order.ink_growth_um / 1000
-    dots = drawn_mm / Printer(order.printer_dpi).dot_mm
+    dots = drawn_mm / (MM_PER_INCH / order.printer_dpi)
     if drawn_mm < pitch_mm * DUTY / 4:
         raise DesignError(
             f"an ink growth of {order.ink_growth_um:g} um leaves {1000 * drawn_mm:.0f} um of a line of "
@@ -370,7 +370,7 @@ def _check_printer(order: Order, pitch_mm: float) -> None:
 
 def _dot_phase_rad(order: Order, gratings: tuple[Grating, ...], lens_pitch_mm: float, dpi: int) -> float:
     """The largest shift of a cell's fringe on dots of that resolution."""
-    dot_mm = Printer(dpi).dot_mm
+    dot_mm = MM_PER_INCH / dpi
     return max(
         abs(realised(grating, cell, lens_pitch_mm, dot_mm, order.ink_growth_um / 1000).phase_error_rad)
         for grating in gratings

@@ -20,7 +20,7 @@ from moireid.errors import SpecError
 from moireid.frames import axis_words, own_rect
 from moireid.idcodes.spacing import PHASE_LEVELS
 from moireid.lenticule import critical_tangent
-from moireid.profiles import find_printer
+from moireid.profiles import find_dot_mm
 
 
 def explain(badge: Badge) -> list[tuple[str, str]]:
@@ -59,7 +59,7 @@ def explain(badge: Badge) -> list[tuple[str, str]]:
         if role != "phase"
     ]
     far = DESIGN_FOCAL_PX / (1000.0 * badge.range_m[1])
-    dot_mm = find_printer(badge).dot_mm
+    dot_mm = find_dot_mm(badge)
     rows = [
         ("identity", f"{badge.id}, {badge.payload_bits} bits, {grating.family} code"),
         _explain_front(badge.lens),

@@ -41,7 +41,7 @@ from moireid.fabrication.page.sheet_layout import MARK_MM, lay_out_sheets
 from moireid.fabrication.process_figures import MountFigures
 from moireid.files import AnyPath, as_path, whole_file
 from moireid.names import line_of
-from moireid.profiles import find_printer
+from moireid.profiles import find_dot_mm
 
 SUMMARY, SHEETS = "summary.csv", "badges.pdf"
 #: Of all people, without the mount's.
@@ -79,7 +79,7 @@ def write_sheets_pdf(
     first = badges[0]
     if any(badge.outline_mm != first.outline_mm for badge in badges):
         raise FabricationError("boards of several sizes do not share sheets; print one size at a time")
-    form, dot_mm = str((first.print or {}).get("form", "dots")), find_printer(first).dot_mm
+    form, dot_mm = str((first.print or {}).get("form", "dots")), find_dot_mm(first)
     layout = lay_out_sheets(first)
     scale, count = (1 / measured_scale[0], 1 / measured_scale[1]), len(layout.places_mm)
     with whole_file(path) as temporary:

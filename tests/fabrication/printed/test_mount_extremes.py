@@ -25,7 +25,7 @@ from moireid.errors import FabricationError, MoireIdError
 from moireid.fabrication.mount_parts import Parts, plan_parts
 from moireid.fabrication.printed.mount import write_mount
 from moireid.fabrication.process_figures import MountFigures, MountProcess, mount_figures
-from moireid.profiles import LensProfile, lens_named, save_lens_profile
+from moireid.profiles import LensProfile, lens_named, save_profile
 
 KINDS = ("lanyard", "clip", "stand", "holder")
 #: Boards by their size, with a range that suits it, a small one being filmed from near.
@@ -54,7 +54,7 @@ class Extreme:
                 path, nominal = Path(folder) / "sheet.json", lens_named(request.lens)
                 pitch_mm = min(nominal.pitch_mm, THIN_PITCH_SHARE * self.lens_mm)
                 lens = Lens("lenticular", pitch_mm, self.lens_mm, nominal.refractive_index)
-                save_lens_profile(LensProfile("sheet", lens, 1e-4), path)
+                save_profile(LensProfile("sheet", lens, 1e-4), path)
                 request = replace(request, lens=str(path))
             return plan_parts(
                 design_badge(request, bytes(range(8))), kind, mount_figures(dict(map(mount_figure, self.figures)))

@@ -181,12 +181,23 @@ def _show_table(as_json: bool) -> None:
 
 
 def _show_row(row: Material) -> None:
-    """One product: what to ask for, its source, and what no source states."""
+    """One product: what to ask for, what its law is, its source, and what no source states."""
+    from moireid.sheets import PRODUCTS, angles_in_focus_deg, repeat_deg
+
     lead = f"  {row.label or '':<15}"
     shape = "" if row.sold else " (no product: a shape that older badges have)"
     sizes = "" if not row.sizes_mm else "; " + ", ".join(f"{wide:g} x {high:g} mm" for wide, high in row.sizes_mm)
     price = "" if row.price is None else f"; {row.price:g} {row.currency} for {row.per_pack or 1}"
     _show_wrapped(lead, f"{row.words}{sizes}{price}{shape}")
-    _show_wrapped(" " * len(lead), f"source: {row.source}")
+    if row.label is not None and row.angle_deg is not None:
+        lens = PRODUCTS[row.label]
+        low, high = angles_in_focus_deg(lens)
+        traced = (
+            f"index {lens.refractive_index:g}, radius {lens.radius_mm:.3f} mm: fringes repeat after "
+            f"{repeat_deg(lens):.0f} degrees ({low:.0f} to {high:.0f} for any radius in focus); the "
+            f"{row.angle_deg:g} stated is another angle"
+        )
+        _show_wrapped(" " * len(lead), traced)
+    _show_wrapped(" " * len(lead), f"source: {row.origins}")
     if row.unstated:
         _show_wrapped(" " * len(lead), f"not stated: {row.unstated}")

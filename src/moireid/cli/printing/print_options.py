@@ -9,7 +9,7 @@ from typing import Any
 
 import click
 
-from moireid.cli.common import FiniteRange, Parsed, form_option, paper_option, printer_dpi_option
+from moireid.cli.common import FiniteRange, Parsed, form_option, paper_option, printer_dpi_option, say
 from moireid.errors import SpecError
 
 #: Names of `designer.formats.FORMATS`, repeated here because importing that package would slow down `--help`.
@@ -51,20 +51,21 @@ def mount_figure(text: str) -> tuple[str, float | tuple[float, ...]]:
     return name, numbers if len(numbers) > 1 else numbers[0]
 
 
-def _use_printer(context: click.Context, _: click.Parameter, path: Path | None) -> float:
+def _use_printer(context: click.Context, _: click.Parameter, name: str | None) -> float:
     """The printer's ink growth; its dots and scale too, where they are not given."""
-    if path is None or context.resilient_parsing:
+    if name is None or context.resilient_parsing:
         return 0.0
     from moireid.profiles import load_printer_profile
 
     try:
-        printer = load_printer_profile(path)
+        printer = load_printer_profile(name)
     except SpecError as error:
         raise click.UsageError(str(error)) from error
     found: dict[str, Any] = {"printer_dpi": printer.dpi}
     if printer.measured_scale is not None:
         found["measured_scale"] = printer.measured_scale
     context.default_map = {**(context.default_map or {}), **found}
+    say(f"note: drawn for {printer.words}, where no option says otherwise")
     return printer.drawn_growth_um
 
 
@@ -146,12 +147,11 @@ OPTIONS = [
     click.option(
         "--printer",
         "ink_growth_um",
-        type=click.Path(path_type=Path, dir_okay=False),
-        metavar="FILE",
+        metavar="NAME|FILE",
         is_eager=True,
         callback=_use_printer,
-        help="The printer's profile, as moireid calibrate --printer-out writes it: its ink growth, and its dpi and "
-        "scale, unless they are given.",
+        help="A printer that moireid first-badge --printer or calibrate --printer-out measured and keeps by that name, "
+        "or the file of its profile: its ink growth, and its dpi and scale, unless they are given.",
     ),
     paper_option,
     form_option,

@@ -15,7 +15,7 @@ from moireid.fabrication.page.pdf import on_dots, write_badge_pdf
 from moireid.files import planned, write_text
 from moireid.frames import Rect
 from moireid.ink_strip import ink_patches
-from moireid.profiles import find_printer
+from moireid.profiles import find_dot_mm
 from moireid.sheets import MM_PER_INCH
 
 PDF, JSON = "pitch-test.pdf", "pitch-test.json"
@@ -108,7 +108,7 @@ def _fill_lines(sheet: PdfPage, chart: Badge, lines: list[Rect]) -> None:
     """Fill upright lines, on the printer's dots if the chart's form says so."""
     drawn = [(*sheet.place(x0, y0), *sheet.place(x1, y1)) for x0, y0, x1, y1 in lines]
     if (chart.print or {}).get("form") != "vector":
-        dot_mm = find_printer(chart).dot_mm
+        dot_mm = find_dot_mm(chart)
         drawn = [on_dots(line, "x", dot_mm) for line in drawn]
     sheet.fill_drawn(drawn)
 

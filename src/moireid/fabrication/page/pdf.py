@@ -30,7 +30,7 @@ from moireid.fabrication.sight import sheet_rects
 from moireid.files import AnyPath, as_path, whole_file
 from moireid.frames import Axis, own_rect
 from moireid.layers import is_smooth
-from moireid.profiles import FORMS, find_printer
+from moireid.profiles import FORMS, find_dot_mm
 from moireid.sheets import MM_PER_INCH
 
 CROP_MARK_MM = 6.0
@@ -145,7 +145,7 @@ def write_badge_pdf(
         raise SpecError(f"form {form!r} of the page is not known; choose one of {', '.join(FORMS)}")
     with whole_file(path) as temporary:
         scale = (1 / measured_scale[0], 1 / measured_scale[1])
-        dot_mm = find_printer(badge).dot_mm
+        dot_mm = find_dot_mm(badge)
         whole = None if form == "vector" else dot_mm
         sheet = PdfPage(temporary, badge.page_mm, f"Moiré badge {badge.id or badge.name}", scale, whole)
         board = badge.outline_mm

@@ -26,7 +26,7 @@ from moireid.fabrication.page.sheet_layout import lay_out_sheets
 from moireid.fabrication.shopping.cutting import CuttingPlan, Pieces, plan_cutting
 from moireid.fabrication.sight import sheet_pieces
 from moireid.materials import Kind, Material, materials, materials_for
-from moireid.profiles import find_printer
+from moireid.profiles import find_dpi
 from moireid.sheets import MM_PER_INCH, PRODUCTS
 
 MOST_PEOPLE = 10_000
@@ -215,7 +215,7 @@ def _paper_line(badge: Badge, people: int, spare_share: float) -> ListLine:
     to_a_page = len(layout.places_mm)
     boards = "1 badge" if to_a_page == 1 else f"{to_a_page} badges"
     boards += " on a page" + ", and a page of pitch bands" * layout.bands_apart
-    note = f"{boards}; print at {paper.settings}, {find_printer(badge).dpi} dpi"
+    note = f"{boards}; print at {paper.settings}, {find_dpi(badge)} dpi"
     pages = with_spare(layout.pages(people), spare_share)
     return _line("paper", f"{paper.words}, {paper_name(badge)}", pages, "pages", note, paper)
 
@@ -239,4 +239,4 @@ def _only(kind: Kind) -> Material:
 def _line(key: str, what: str, quantity: int, unit: str, note: str, row: Material | None) -> ListLine:
     if row is None:
         return ListLine(key, what, quantity, unit, note)
-    return ListLine(key, what, quantity, unit, note, row.source, row.unstated or "")
+    return ListLine(key, what, quantity, unit, note, row.origins, row.unstated or "")
