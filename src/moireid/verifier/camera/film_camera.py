@@ -120,8 +120,8 @@ class FilmCamera:
         self.print_aspect = 0.0
         #: Twist of a page that is seen not to be flat, 1/m, and what 1/m moves the points by (`page_shape`).
         self.twist, self._twisted, self._lifted = 0.0, False, np.zeros_like(points_px)
-        #: Whether the focal length is that of a steady path.
-        self._steadied = False
+        #: Whether the focal length is that of a steady path; and the distortion beyond which a search is given up.
+        self._steadied, self._most_bend = False, math.inf
         self.plane = np.column_stack([page_mm - page_mm.mean(axis=0), np.zeros(len(page_mm))])
         #: Frames before which the picture jumps, (T,).
         self.cuts = jumps(points_px / self._guess, times_s)

@@ -46,9 +46,10 @@ NEARBY_STEPS, SETTLED, MOST_SETTLED = 2.0, 0.05, 60
 AXIS_FAR_SHARE, STRETCH_FAR_LOG, NEARLY_AS_GOOD = 0.03, 0.004, 2.0
 #: A print's aspect hides all else if the errors fall to this share, or less, once it is taken away.
 HIDING_SHARE = 0.7
-#: Distortions to search from: none, and a webcam's barrel, as minima of one are far from the other.  From either of
-#: them, and the guessed focal length, k1 of -0.4 to 0.2 and focal lengths of 0.5 to 1.6 long sides are found.
-BENDS_TRIED = (0.0, -0.3)
+#: Distortions to search from, as minima of one are far from the other, and beyond which a search has come to where the
+#: other begins: none, and a webcam's barrel.  From either of them, and the guessed focal length, k1 of -0.4 to 0.2 and
+#: focal lengths of 0.5 to 1.6 long sides are found.
+BENDS_TRIED = ((0.0, math.inf), (-0.3, -0.15))
 #: A hidden tremor counts from this share of the mean square of what is left; more than this share it cannot be, as
 #: registration has noise of its own.  Set by hand.
 LEAST_HIDDEN, MOST_HIDDEN = 0.1, 0.75
@@ -218,11 +219,13 @@ class FilmWide(FilmCamera):
         few._untwist()
         self._begin_from(few)
         tried = []
-        for bend in (None,) if self._known else BENDS_TRIED:
+        for bend, most in ((None, math.inf),) if self._known else BENDS_TRIED:
             film = copy.copy(self)
-            film.bend = self.bend if bend is None else np.array([bend, 0.0])
+            film.bend, film._most_bend = self.bend if bend is None else np.array([bend, 0.0]), most
             film._solve_with_rows()  # 2, 3
-            tried.append(film)
+            if film.bend[0] <= most:
+                film._most_bend = math.inf
+                tried.append(film)
         tried = _likeliest(tried)
         far = abs(math.log(tried[0].focal / self._guess)) > FOCAL_FAR_SDS * FOCAL_PRIOR_SD_LOG
         if not self._given and far:
@@ -237,7 +240,7 @@ class FilmWide(FilmCamera):
         for _ in range(2):
             before, self._rows = self._rows, self._likeliest_rows()
             self._solve_together()
-            if self._rows is before:
+            if self._rows is before or self.bend[0] > self._most_bend:
                 break
 
     def _cover(self, others: list[FilmWide]) -> None:
@@ -278,7 +281,8 @@ class FilmWide(FilmCamera):
             self.stretch, self.print_aspect, self.twist = (float(value) for value in place[6:])
             self.covariance = np.zeros((9, 9))
             self.covariance[np.ix_(free, free)] = covariance
-            if np.all(np.abs(found - before[free]) < [SETTLED * one.step for one in near]):
+            settled = np.all(np.abs(found - before[free]) < [SETTLED * one.step for one in near])
+            if settled or self.bend[0] > self._most_bend:
                 break
 
     def _solve_steadily(self, zoom: tuple[float, float, float, float]) -> None:

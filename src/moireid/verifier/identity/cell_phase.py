@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -76,29 +76,11 @@ class Field:
     read: NDArray[np.bool_]
 
 
-@dataclass(frozen=True)
-class CellsRead:
-    """The phase cells of a grating as read under one field, by cell, and what their motion is measured from.
-
-    ahead_rad: how far the fringes of each cell are ahead of the field, in the order of the rows.
-    """
-
-    cells: dict[int, CellReading]
-    ahead_rad: Array = field(default_factory=lambda: np.zeros(0))
-    rows: tuple[_Row, ...] = ()
-    shape: Complex = field(default_factory=lambda: np.zeros(0, complex))
-
-    def motion(self) -> list[RowMotion]:
-        """What the cells of each row show of motion."""
-        own = np.split(self.ahead_rad, np.cumsum([len(row.members) for row in self.rows], dtype=int)[:-1])
-        return [
-            row_motion(row.seen, row.phase + row.ahead_rad + ahead @ row.members, self.shape, row.members)
-            for row, ahead in zip(self.rows, own, strict=False)
-        ]
-
-
-def read_cells(track: Track, measurement: Measurement, grating: int, field: Field) -> CellsRead:
-    """Phases of all phase cells of one grating, by cell index, relative to one of its `uniform_fields`.
+def read_cells(
+    track: Track, measurement: Measurement, grating: int, field: Field
+) -> tuple[dict[int, CellReading], list[RowMotion]]:
+    """Phases of all phase cells of one grating, by cell index, relative to one of its `uniform_fields`; and what the
+    cells of each row show of motion.
 
     Convention: phase positive where the cell's fringe is ahead, which means that its lines are shifted back.
     Returns: empty if the grating has no phase cells.
@@ -110,7 +92,7 @@ def read_cells(track: Track, measurement: Measurement, grating: int, field: Fiel
     strips = [(k, strip) for k, strip in enumerate(track.strips) if strip.grating == grating and not strip.uniform]
     sampled = field.read[track.cell_frames]
     if not strips or not sampled.any():
-        return CellsRead({})
+        return {}, []
     shape, badge, frames = _shape(track, measurement, grating, field), track.badge, track.cell_frames[sampled]
     own = badge.gratings[grating]
     # Looked up once, as that compares all cells of the grating.
@@ -133,7 +115,11 @@ def read_cells(track: Track, measurement: Measurement, grating: int, field: Fiel
             ahead, before = ahead_of_own_lines(track, grating, places, steps), places
             rows = [_with_neighbours(own, row, ahead) for row in rows]
             cells, ahead_rad = _placed(rows, shape, field, own)
-    return CellsRead(cells, ahead_rad, tuple(rows), shape)
+    own_rad = np.split(ahead_rad, np.cumsum([len(row.members) for row in rows], dtype=int)[:-1])
+    return cells, [
+        row_motion(row.seen, row.phase + row.ahead_rad + ahead @ row.members, shape, row.members)
+        for row, ahead in zip(rows, own_rad, strict=True)
+    ]
 
 
 @dataclass(frozen=True)
@@ -169,7 +155,9 @@ def _with_neighbours(own: Grating, row: _Row, ahead: dict[int, Array]) -> _Row:
 def _placed(
     rows: Sequence[_Row], shape: Complex, field: Field, grating: Grating
 ) -> tuple[dict[int, CellReading], Array]:
-    """Each cell on one of the code's places, less a plane of phase; and all by themselves, as `CellsRead.ahead_rad`."""
+    """Each cell on one of the code's places, less a plane of phase; and how far the fringes of each are ahead of the
+    field, in the order of the rows.
+    """
     costs = np.concatenate(
         [match_cost(row.sums.of_cells(row.members, row.ahead_rad), shape, measuring.CELL_NOISE_RATIO) for row in rows]
     )

@@ -13,7 +13,15 @@ from moireid.provenance import Seal
 from moireid.verifier import measuring
 from moireid.verifier.fringes.signals import Measurement
 from moireid.verifier.identity.cell_phase import UNREAD, Field, read_cells, uniform_fields, uniform_readings
-from moireid.verifier.identity.cell_slip import TOGETHER, CellMotion, RowsApart, cell_motion_of, greatest, rows_apart
+from moireid.verifier.identity.cell_slip import (
+    TOGETHER,
+    CellMotion,
+    RowMotion,
+    RowsApart,
+    cell_motion_of,
+    greatest,
+    rows_apart,
+)
 from moireid.verifier.identity.page_scale import page_scale
 from moireid.verifier.reasons import Level, Reason, json_number
 from moireid.verifier.tracking.track import Track
@@ -94,24 +102,24 @@ def read_identity(track: Track, measurement: Measurement) -> CellReadings:
         return CellReadings(None, tuple(tuple(cells.values()) for cells in uniform), {})
 
     @cache
-    def read(index: int, option: int) -> tuple[CellReading, ...]:
-        """The readings of one grating under one of its fields, which several combinations share."""
-        cells = uniform[index] | read_cells(track, measurement, index, options[index][option]).cells
-        return tuple(cells.get(k, UNREAD) for k in range(len(badge.gratings[index].cells)))
+    def read(index: int, option: int) -> tuple[tuple[CellReading, ...], list[RowMotion]]:
+        """The readings of one grating under one of its fields, which several combinations share, and its motion."""
+        phases, moved = read_cells(track, measurement, index, options[index][option])
+        cells = uniform[index] | phases
+        return tuple(cells.get(k, UNREAD) for k in range(len(badge.gratings[index].cells))), moved
 
     options = {index: uniform_fields(track, measurement, index) for index in coded}
     family, gratings = family_named(badge.gratings[coded[0]].family), tuple(badge.gratings[index] for index in coded)
     tried: list[tuple[DecodeResult, dict[int, int]]] = []
     for chosen in itertools.islice(itertools.product(*(range(len(options[k])) for k in coded)), measuring.MOST_FIELDS):
         picked = dict(zip(coded, chosen, strict=True))
-        tried.append((family.read([read(*one) for one in picked.items()], gratings), picked))
+        tried.append((family.read([read(*one)[0] for one in picked.items()], gratings), picked))
         if tried[-1][0].payload is not None:
             break
     decoded, picked = tried[-1] if tried[-1][0].payload is not None else tried[0]
     fields = {index: options[index][option] for index, option in picked.items()}
-    cells = tuple(read(k, picked[k]) if k in picked else tuple(cells.values()) for k, cells in enumerate(uniform))
-    # Read once more: what a reading holds is large, and one of several is used.
-    moved = {index: read_cells(track, measurement, index, field).motion() for index, field in fields.items()}
+    cells = tuple(read(k, picked[k])[0] if k in picked else tuple(cells.values()) for k, cells in enumerate(uniform))
+    moved = {index: read(index, option)[1] for index, option in picked.items()}
     times = {index: track.times_s[track.cell_frames[fields[index].read[track.cell_frames]]] for index in coded}
     apart = greatest(rows_apart(moved[index], times[index]) for index in coded)
     return CellReadings(decoded, cells, fields, cell_motion_of([*itertools.chain(*moved.values())]), apart)

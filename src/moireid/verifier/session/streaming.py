@@ -8,7 +8,6 @@ If several badges are in view, each is judged by itself, and the verdict is abou
 
 from __future__ import annotations
 
-import importlib
 import math
 import time
 from collections.abc import Sequence
@@ -119,9 +118,6 @@ class Verifier:
             If the badge cannot be read at all.
         """
         self._aside = aside = BackgroundExecutor(aside) if aside is not None else None
-        if running:
-            # A frame with only two markers needs it, and a camera's frame cannot wait a third of a second for it.
-            importlib.import_module("scipy.special")
         self._pending: Future[Running] | None = None
         self._begun = 0.0
         if question.camera is not None:

@@ -14,6 +14,7 @@ Convention: the sheet displaces the print under it with the view direction, prin
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -64,11 +65,10 @@ class Borders:
         Parameters: values (S, M): brightness seen at the places; freed (K,): as found so far; middle, extent: of the
             template's coordinates; contrast: of the markers, counts.
         """
-        # SciPy takes longer to load than a short film to verify, and two markers alone are seldom seen.
-        from scipy.special import erf
-
         inward = self.inward - (self.freedom @ freed)[:, None]
-        printed = -0.5 * erf(inward * px_per_mm / BLUR_PX / np.sqrt(2))
+        # SciPy's takes longer to load than a short film to verify.
+        edge = map(math.erf, (inward * px_per_mm / BLUR_PX / math.sqrt(2)).ravel().tolist())
+        printed = -0.5 * np.fromiter(edge, float).reshape(inward.shape)
         apart, own = values - values.mean(axis=1, keepdims=True), printed - printed.mean(axis=1, keepdims=True)
         power = (own**2).sum(axis=1)
         # A segment far from its border has no contrast across it.
@@ -114,31 +114,30 @@ def borders_of(badge: Badge) -> Borders | None:
     dark += [(upright, rect) for rect in badge.markers.dark_mm]
     across = (np.arange(ACROSS) + 0.5) / ACROSS * 2 * REACH_MM - REACH_MM
     along = (np.arange(ALONG) + 0.5) / ALONG * SEGMENT_MM - SEGMENT_MM / 2
-    places, inward, normals, owner = [], [], [], []
-    border = 0
+    lengthwise, crosswise = (grid.ravel() for grid in np.meshgrid(along, across))
+    places, normals, owner = [], [], []
     for g in range(len(badge.gratings)):
         frame, (low, top, high, bottom) = dark[g]
+        middles = np.arange(low + 2 * SEGMENT_MM, high - 2 * SEGMENT_MM, SEGMENT_MM)[:, None]
         for edge, sign in ((top, 1.0), (bottom, -1.0)):
-            for middle in np.arange(low + 2 * SEGMENT_MM, high - 2 * SEGMENT_MM, SEGMENT_MM):
-                lengthwise, crosswise = (grid.ravel() for grid in np.meshgrid(middle + along, across))
-                grid = frame.on_page(np.column_stack([lengthwise, edge + sign * crosswise]))
-                if any(_meets(other.places(grid[crosswise < 0]), rect) for other, rect in dark[:g] + dark[g + 1 :]):
-                    continue
-                places.append(grid)
-                inward.append(crosswise)
-                normals.append(sign * np.array(frame.rows[1]))
-                owner.append(border)
-            border += 1
-    if not places:
+            own = np.stack(np.broadcast_arrays(middles + lengthwise, edge + sign * crosswise), axis=-1)
+            grid = frame.on_page(own)
+            outside, others = grid[:, crosswise < 0], dark[:g] + dark[g + 1 :]
+            free = ~np.any([_meet(other.places(outside), rect) for other, rect in others], axis=0)
+            places.append(grid[free])
+            normals += [sign * np.array(frame.rows[1])] * int(free.sum())
+            owner += [len(places)] * int(free.sum())
+    if not owner:
         return None
     normal, border_of = np.array(normals), np.array(owner)
-    away = np.array(places).mean(axis=1) - np.asarray(badge.markers.centers_mm).mean(axis=0)
+    away = (segments := np.concatenate(places)).mean(axis=1) - np.asarray(badge.markers.centers_mm).mean(axis=0)
     turns = normal[:, 1] * away[:, 0] - normal[:, 0] * away[:, 1]
     freedom = np.column_stack([border_of[:, None] == np.unique(border_of), turns]).astype(float)
     sd = np.array([*np.full(freedom.shape[1] - 1, SHIFT_SD_MM), TURN_SD])
-    return Borders(np.array(places), np.array(inward), normal, border_of, freedom, sd)
+    return Borders(segments, np.tile(crosswise, (len(owner), 1)), normal, border_of, freedom, sd)
 
 
-def _meets(points: Array, rect: Rect) -> bool:
-    x, y = points.T
-    return bool(np.any((x > rect[0]) & (x < rect[2]) & (y > rect[1]) & (y < rect[3])))
+def _meet(points: Array, rect: Rect) -> NDArray[np.bool_]:
+    """Which segments (S, M, 2) have a point within a rectangle, (S,)."""
+    x, y = np.moveaxis(points, -1, 0)
+    return np.asarray(np.any((x > rect[0]) & (x < rect[2]) & (y > rect[1]) & (y < rect[3]), axis=1))
