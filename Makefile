@@ -66,6 +66,7 @@ lint: setup
 
 # The theme would tell of its maintainers' plans in each build.
 docs: setup
+	$(BIN)/python -m moireid_lab.bench.scoreboard_tables
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict
 
 gallery: setup

@@ -6,14 +6,11 @@ camera, a wearer who sways, a camera that walks.  And through one lens as it was
 104 % of its size, or a sheet of another pitch.  And through webcams whose k1 is -0.4 to 0.1, in the picture's middle
 and near its border (`--only k1`).  All of them are true films.  `--only air` is the table of air and angle: sheets
 glued or laid on, from five angles, by a pinhole camera, and forged films from the two farthest aside.
-Printed is the verdict of each, gain and error bar, what the solver knows of the focal length, and for each kind how
-many are accepted, inconclusive, rejected.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import replace
 from itertools import product
 from pathlib import Path
@@ -31,8 +28,7 @@ from outside.page import load_page
 
 from moireid.badge import load_badge
 from moireid.verifier import Question, verify
-from moireid_lab.bench.bench_frame import Bench, Row, Wish, counted_verdicts, grouped
-from moireid_lab.bench.verdicts import why_not
+from moireid_lab.bench.part import OUTSIDE, Asked, Part, Row, film_row, interleaved
 
 FRAMES, FPS = 150, 30
 #: Focal lengths over the long side; how wide the board is in the picture, px.
@@ -88,7 +84,7 @@ def swept(distance_mm: float, views_deg: tuple[float, float], rng: np.random.Gen
     return Course("swept", six(0.0, 0.0, 0.0, 0.0, 0.0, 0.0), camera)
 
 
-def cases(clips: int) -> dict[str, dict[str, Any]]:
+def films(clips: int) -> dict[str, dict[str, Any]]:
     """What is filmed, by name."""
     found: dict[str, dict[str, Any]] = {}
     for number in range(clips):
@@ -144,9 +140,9 @@ def misbuilt(build: Build, case: dict[str, Any]) -> Build:
     return replace(build, scale=(across * case.get("page", 1.0), up * case.get("page", 1.0)), sheets=sheets)
 
 
-def judged(job: tuple[Path, str, dict[str, Any]]) -> Row:
+def judged(job: tuple[str, dict[str, Any]], folder: Path) -> Row:
     """Film a case, and judge it."""
-    folder, name, case = job
+    name, case = job
     path = folder / f"{name.replace(' ', '_')}.mp4"
     rng = np.random.default_rng([*name.encode(), 11])
     made = prepared(folder / case["lens"], "--lens", case["lens"]) if "lens" in case else prepared(folder)
@@ -159,37 +155,28 @@ def judged(job: tuple[Path, str, dict[str, Any]]) -> Row:
         scratch.rename(path)
     badge = load_badge(made / "badge" / "badge.json")
     report = verify(path, Question(badge, badge.id))
-    found, solved = report.invariant, report.to_json()["camera"] or {}
-    return {
-        "case": name,
-        "kind": case["kind"],
-        "verdict": report.verdict,
-        "gain": found.gain_ratio,
-        "error": found.gain_sd,
-        "focal": camera.focal_px / max(camera.size_px),
-        "solved": solved.get("focal_px") and solved["focal_px"] / max(camera.size_px),
-        "shown": solved.get("shown", {}).get("focal"),
-        "why": why_not(report),
-    }
+    solved = report.to_json()["camera"] or {}
+    forge = case.get("forge")
+    question = "forged" if forge else ("air" if "air" in case else case["kind"].split(",")[0].split()[0])
+    row = film_row(case["kind"], report, true=not forge, question=question, gain_sd=report.invariant.gain_sd)
+    off = solved.get("focal_px") and solved["focal_px"] / camera.focal_px
+    return row | {"focal over true": off}
 
 
-def rows(wish: Wish) -> Iterator[Row]:
-    """One row a film."""
-    clips = wish.clips or (1 if wish.quick else 20)
-    with wish.kept_folder() as folder:
-        prepared(folder)
-        jobs = {name: (folder, name, case) for name, case in cases(clips).items()}
-        yield from wish.each(judged, jobs)
+def cases(asked: Asked) -> dict[str, tuple[str, dict[str, Any]]]:
+    """All films, mixed by kind."""
+    by_kind: dict[str, dict[str, Any]] = {}
+    for name, case in films(asked.clips or 10).items():
+        by_kind.setdefault(case["kind"], {})[name] = name, case
+    return interleaved(*by_kind.values())
 
 
-def table(found: list[Row]) -> Iterator[Row]:
-    """The films, then one row a kind."""
-    yield from found
-    for kind, own in grouped(found, "kind").items():
-        yield {"films of": kind, "films": len(own), **counted_verdicts(own)}
-
-
-COLUMNS = {"case": "<26", "verdict": "<12", "gain": ">7.3f", "error": ">6.3f", "focal": ">6.2f", "solved": ">7.2f"}
-COLUMNS |= {"shown": ">6.2f", "why": "<1", "films of": "<18", "films": ">5", "accept": ">6", "inconclusive": ">12"}
-COLUMNS |= {"reject": ">6", "reasons": "<1"}
-BENCH = Bench(rows, COLUMNS, table=table)
+QUESTIONS = {
+    "lens": "Is a true film accepted through a lens of 0.5 to 8 times the long side?",
+    "k1": "Is a true film accepted through a barrel or a pincushion?",
+    "air": "Is a board accepted with up to 0.2 mm of air beneath its sheet, seen from up to 62° aside? Not enrolled",
+    "page": "Is a page accepted that is printed at 96 to 104 % of its size? Not enrolled",
+    "sheet": "Is a board accepted whose sheet has another pitch, by -1.6 to 3.3 %? Not enrolled",
+    "forged": "Is a forged film rejected from 39° to 62° aside, glued or on 20 µm of air?",
+}
+PART = Part(QUESTIONS, OUTSIDE, cases, judged, 2, sources=("moireid.designer", "moireid.fabrication.page"))

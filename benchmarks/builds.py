@@ -1,25 +1,18 @@
-"""Badges as people build them, by an outside tracer: run `moireid lab bench builds [--only REGEX]`.
+"""Badges as people build them, by an outside tracer: run `moireid lab bench builds [--clips N]`.
 
 Each badge is printed by the command `print-your-badge` and traced by `outside`, which shares nothing with
 `moireid.simulate`, with one flaw of print, sheet, shape or light, or with all that is usual (`outside.flaws`,
 `outside.lamps`).  It is enrolled from two films, filmed again at the middle of its range, and filmed with half the
 gain; a second build of the same files, with the same flaws of another draw, is the copy.  Narrowed: printed for
-a printer that widens lines.  Printed is whether it could be enrolled, what becomes of the film before and after
-enrolment, how many
-error bars its gain is off (at enrolment: off that of its own lenses, traced), how far its map of places is off that of
-enrolment (rad, root mean square), and what becomes of copy and forgery (not
-with `--quick`); then the sums of each kind.  With `--seeds N` N badges of each kind are built, filmed on other motions.
-`--keep DIR` keeps films, each with what was built, the trajectory and the report: another run judges them again.
+a printer that widens lines.  Figures are how many error bars the enrolled gain is off that of the build's own lenses,
+traced; and how far the map of places of the original and of the copy is off that of enrolment (rad, root mean square).
+With `--clips N` N badges of each kind are built, filmed on other motions; `--keep DIR` keeps films and reports.
 """
 
 from __future__ import annotations
 
 import json
-from collections import Counter
-from collections.abc import Iterator
-from dataclasses import asdict, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from natural_films import prepared
@@ -37,10 +30,9 @@ from moireid.asbuilt import AsBuilt
 from moireid.badge import Badge, load_badge
 from moireid.errors import MediaError
 from moireid.profiles import PrinterProfile, save_printer_profile
-from moireid.verifier import Question, verify
+from moireid.verifier import Question, Report, verify
 from moireid.verifier.session.capture import capture_as_built
-from moireid_lab.bench.bench_frame import Bench, Row, Wish, grouped
-from moireid_lab.bench.verdicts import why_not
+from moireid_lab.bench.part import INCONCLUSIVE, OUTSIDE, Asked, Part, Row, answer_of, numbered, why_not
 
 FRAMES, FPS, DISTANCE_MM = 240, 30, 1000.0
 #: A second build of the same files has this number more.
@@ -92,7 +84,7 @@ def badge_folder(folder: Path, kind: str, build: int) -> Path:
 
 
 def filmed(folder: Path, kind: str, build: int, number: int, forge: str | None = None) -> Path:
-    """One film of one build; kept in the folder, with what was built and filmed."""
+    """One film of one build; kept in the folder."""
     name = kind.replace(" ", "_").replace("%", "pc").replace("/", "per").replace(",", "")
     path = folder / f"{name}_{build}_{number}_{forge or 'true'}.mp4"
     if not path.exists():
@@ -103,12 +95,8 @@ def filmed(folder: Path, kind: str, build: int, number: int, forge: str | None =
         camera, light = drawn(rng, PHONE), LAMPS.get(kind)
         lamps = lamps_about(motion, FRAMES / FPS, *light, rng) if light else None
         shoot = Shoot(FRAMES, FPS, 23, number, forge, lamps)
-        facts = {"flaws": asdict(KINDS[kind]), "bend": asdict(page.bend), "lens": asdict(page.lens)}
-        facts |= {"camera": asdict(camera), "motion": motion.kind, "lamps": lamps and asdict(lamps)}
-        path.with_suffix(".build.json").write_text(json.dumps(facts, indent=1), encoding="utf-8")
         scratch = path.with_suffix(".part.mp4")
         film(page, own, camera, motion, scratch, shoot)
-        scratch.with_suffix(".course.csv").rename(path.with_suffix(".course.csv"))
         scratch.rename(path)
     return path
 
@@ -137,93 +125,45 @@ def enrolled(films: list[Path], badge: Badge) -> AsBuilt | str:
         return str(error).split("cannot be used:")[-1].strip()
 
 
-def verdict(path: Path, claim: Question, stage: str) -> tuple[str, list[str], Any, float | None]:
-    """Verdict, reasons, motion figures and the map's difference of a film; the report is kept next to it."""
+def verdict(path: Path, claim: Question, stage: str) -> tuple[Report, float | None]:
+    """Report and the map's difference of a film; the report is kept next to it."""
     report = verify(path, claim)
     path.with_suffix(f".{stage}.json").write_text(json.dumps(report.to_json(), indent=1), encoding="utf-8")
-    apart = next((reason.measured for reason in report.reasons if reason.code == "as_built_map"), None)
-    return report.verdict, why_not(report), report.invariant, apart
+    return report, next((reason.measured for reason in report.reasons if reason.code == "as_built_map"), None)
 
 
-def judged(job: tuple[Path, str, int, bool]) -> Row:
+def judged(job: tuple[str, int], folder: Path) -> Row:
     """One build: filmed, enrolled, judged."""
-    top, kind, build, quick = job
-    folder = badge_folder(top, kind, build)
+    kind, build = job
+    folder = badge_folder(folder, kind, build)
     badge = load_badge(folder / "badge" / "badge.json")
     films = [filmed(folder, kind, build, number) for number in range(3)]
-    before, why_before, *_ = verdict(films[2], Question(badge, badge.id), "before")
-    row: Row = {"build": kind, "number": build, "before": before, "why before": why_before}
+    before, _ = verdict(films[2], Question(badge, badge.id), "before")
+    row: Row = {"kind": kind, "answers": {"before": answer_of(before.verdict, true=True)}, "why": why_not(before)}
     figures = enrolled(films[:2], badge)
     if isinstance(figures, str):
-        return row | {"refused": figures}
+        return row | {"refused": figures, "answers": row["answers"] | {"after": INCONCLUSIVE}}
     claim = Question(badge, badge.id, as_built=figures)
-    after, why, motion, row["map off"] = verdict(films[2], claim, "after")
-    off = (figures.gain_ratio - traced_gain(kind, build, folder)) / figures.gain_sd
-    row |= {"enrolled gain": figures.gain_ratio, "bars off": off, "gain": motion.gain_ratio}
-    row |= {"gain bars off": motion.gain_ratio and (motion.gain_ratio - 1) / motion.gain_sd, "after": after, "why": why}
-    if not quick:
-        row["copy"], _, _, row["copy's map off"] = verdict(filmed(folder, kind, build + COPY, 2), claim, "after")
-        row["half gain"] = verdict(filmed(folder, kind, build, 2, "gain_0.5"), claim, "after")[0]
-    return row
+    (after, off), (copy, copy_off), (lie, _) = (
+        verdict(path, claim, "after")
+        for path in (films[2], filmed(folder, kind, build + COPY, 2), filmed(folder, kind, build, 2, "gain_0.5"))
+    )
+    row["answers"] |= {"after": answer_of(after.verdict, true=True), "copy": answer_of(copy.verdict, true=False)}
+    row["answers"] |= {"half gain": answer_of(lie.verdict, true=False)}
+    bars = (figures.gain_ratio - traced_gain(kind, build, folder)) / figures.gain_sd
+    row |= {"enrolled gain": figures.gain_ratio, "bars off": bars, "gain": after.invariant.gain_ratio}
+    return row | {"why": why_not(after), "map off": off, "copy's map off": copy_off}
 
 
-def rows(wish: Wish) -> Iterator[Row]:
-    """One row a build."""
-    builds = range(1, 1 + wish.own.seeds)
-    with wish.kept_folder() as name:
-        kinds = wish.chosen(KINDS)
-        # Badges are printed first, as builds of several kinds, which are made side by side, are of the same.
-        for kind in kinds:
-            for build in builds:
-                badge_folder(name, kind, build)
-        jobs = {f"{kind}: {build}": (name, kind, build, wish.quick) for build in builds for kind in kinds}
-        yield from replace(wish, only=None).each(judged, jobs)
+def cases(asked: Asked) -> dict[str, tuple[str, int]]:
+    """All builds."""
+    return numbered(list(KINDS), asked.clips or 1, 1)
 
 
-def table(found: list[Row]) -> Iterator[Row]:
-    """The builds, then one row a kind."""
-    yield from found
-    for kind, own in grouped(found, "build").items():
-        yield summed(kind, own)
-
-
-def summed(kind: str, own: list[Row]) -> Row:
-    """What became of the builds of one kind."""
-    after = Counter(row.get("after") for row in own)
-    reasons = Counter(code for row in own for code in row.get("why", []))
-    bars = [row["gain bars off"] for row in own if row.get("gain bars off") is not None]
-    forged = {f"{name} accepted": sum(row.get(name) == "accept" for row in own) for name in ("copy", "half gain")}
-    return {
-        "kind": kind,
-        "builds": len(own),
-        "enrolled": sum("refused" not in row for row in own),
-        **{name: after[name] for name in ("accept", "inconclusive", "reject")},
-        "most bars off": max(bars, key=abs, default=None),
-        **forged,
-        "reasons": ", ".join(f"{code} {count}" for code, count in reasons.most_common()),
-    }
-
-
-COLUMNS = {
-    "build": "<19",
-    "number": ">6",
-    "before": "<12",
-    "why before": "<16",
-    "enrolled gain": ">13.3f",
-    "bars off": ">8.1f",
-    "gain": ">6.3f",
-    "gain bars off": ">13.1f",
-    "map off": ">7.3f",
+QUESTIONS = {
+    "before": "Is a badge accepted as people build it, not enrolled?",
+    "after": "The same once it is enrolled from two films?",
+    "copy": "Is a second build of the same files rejected then?",
+    "half gain": "Is a film with half the gain rejected then?",
 }
-COLUMNS |= {
-    "after": "<12",
-    "why": "<16",
-    "copy": "<12",
-    "copy's map off": ">14.3f",
-    "half gain": "<12",
-    "refused": "<1",
-}
-COLUMNS |= {"kind": "<19", "builds": ">6", "enrolled": ">8", "accept": ">6", "inconclusive": ">12", "reject": ">6"}
-COLUMNS |= {"most bars off": ">13.1f", "copy accepted": ">13", "half gain accepted": ">18", "reasons": "<1"}
-OPTIONS = {"--seeds": {"type": int, "default": 1, "metavar": "N", "help": "builds of each kind"}}
-BENCH = Bench(rows, COLUMNS, options=OPTIONS, table=table)
+PART = Part(QUESTIONS, OUTSIDE, cases, judged, sources=("moireid.designer", "moireid.fabrication.page"))

@@ -8,9 +8,9 @@ A row is a film: a hash of its luma, verdict, codes of all findings, gain, ident
 `--against` prints what moved, and exits with 1 if a verdict, a code or an identity moved.  A film that another machine
 made otherwise is another film: it is named, and not compared.
 
-The corpus (`golden_films.py`): the films of `tests/data`, badges on natural motion, each effect of the simulator,
-outside films of all formats, each forgery on four motions, boards that were built wrong, long lenses.  Of half-real
-films (`moireid lab bench half-real --keep DIR`, cases `real-…` and `forged-real-…`), which show a person, only the
+The corpus (`golden_films.py` of that version): the films of `tests/data`, badges on natural motion, each effect of the
+simulator, outside films of all formats, each forgery on four motions, boards that were built wrong, long lenses.  Of
+half-real films (`moireid lab bench half-real --keep DIR`, `real-…` and `forged-real-…`), which show a person, only the
 signals are kept: `golden.py DIR --only real- --keep tests/data/golden --out NEW.csv`.
 `--signals` judges what `--keep` kept of each film (`tests/data/golden`): the signals, from which motion is judged
 again, and the other findings, identity among them, as they were.
@@ -43,7 +43,6 @@ from moireid.verifier.decision.judge import Invariant, judge
 from moireid.verifier.decision.sheet_gain import SheetGain
 from moireid.verifier.fringes.grating_signal import GratingSignal
 from moireid.verifier.identity.cell_slip import RowsApart
-from moireid.verifier.limits import LEAST_STRENGTH
 from moireid.verifier.reasons import Reason, worst
 from moireid.verifier.session.claim import sheet_of
 
@@ -84,12 +83,11 @@ class KeptFilm:
         kept = {name: document[name] for name in KEPT}
         return cls(luma, signals, sheet, identity.rows_apart, identity.page_off, others, kept)
 
-    def judged(self, strength: int = LEAST_STRENGTH) -> tuple[Invariant, list[Reason]]:
+    def judged(self) -> tuple[Invariant, list[Reason]]:
         """The motion test, anew, and all findings."""
         if not self.signals:
             return Invariant("inconclusive", ()), list(self.others)
-        how: dict[str, Any] = {"code_apart": self.apart, "page_off": self.page_off, "least_strength": strength}
-        motion = judge(self.signals, self.sheet, **how)
+        motion = judge(self.signals, self.sheet, code_apart=self.apart, page_off=self.page_off)
         return motion, [*motion.reasons, *self.others]
 
     def report(self) -> dict[str, Any]:
@@ -132,20 +130,20 @@ def luma_hash(film: Path) -> str:
     return found.hexdigest()[:16]
 
 
-def of_film(film: Path, keep: Path | None = None, strength: int = LEAST_STRENGTH) -> Row:
+def of_film(film: Path, keep: Path | None = None) -> Row:
     """The row of a film, next to which its badge is."""
     badge = load_badge(film.with_name(f"{film.stem}.json"))
-    claim, luma = Question(badge, badge.id, strength=strength), luma_hash(film)
+    claim, luma = Question(badge, badge.id), luma_hash(film)
     report = verify(film, claim)
     if keep is not None:
         (keep / f"{film.stem}.signals").write_bytes(KeptFilm.of(report, sheet_of(claim), luma).to_bytes())
     return row_of(film.stem, luma, report.invariant, report.reasons, report.to_json()["identity"])
 
 
-def of_signals(path: Path, strength: int = LEAST_STRENGTH) -> Row:
+def of_signals(path: Path) -> Row:
     """The row of what was kept of a film."""
     kept = KeptFilm.from_bytes(path.read_bytes())
-    motion, reasons = kept.judged(strength)
+    motion, reasons = kept.judged()
     return row_of(path.stem, kept.luma, motion, reasons, kept.document["identity"])
 
 
@@ -218,7 +216,7 @@ def make(folder: Path, only: str, workers: int) -> None:
     subprocess.run(script, check=True, env=os.environ | {"PYTHONPATH": paths})
 
 
-def judged_rows(source: Path, only: str, workers: int, keep: Path | None, strength: int) -> list[Row]:
+def judged_rows(source: Path, only: str, workers: int, keep: Path | None) -> list[Row]:
     """The rows of a folder of films or kept signals, or of a table."""
     if source.is_file():
         return [row for row in read_rows(source) if re.search(only, row["case"])]
@@ -226,8 +224,8 @@ def judged_rows(source: Path, only: str, workers: int, keep: Path | None, streng
         keep.mkdir(parents=True, exist_ok=True)
     films, signals = (sorted(path for path in source.glob(kind) if re.search(only, path.stem)) for kind in KINDS)
     with ProcessPoolExecutor(workers) as pool:
-        from_films = pool.map(partial(of_film, keep=keep, strength=strength), films)
-        return [*from_films, *pool.map(partial(of_signals, strength=strength), signals)]
+        from_films = pool.map(partial(of_film, keep=keep), films)
+        return [*from_films, *pool.map(of_signals, signals)]
 
 
 def write_rows(rows: Iterable[Row], path: Path) -> None:
@@ -258,16 +256,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--against", type=Path, metavar="CSV", help="older rows: print what moved")
     parser.add_argument("--gain", type=float, default=1e-6, help="what a gain may move by")
     parser.add_argument("--odds", type=float, default=1e-3, help="what odds may move by, powers of ten")
-    parser.add_argument("--strength", type=int, default=LEAST_STRENGTH, metavar="N", help="what an acceptance needs")
     given = parser.parse_args(arguments)
     if given.signals == (given.source is not None):
         parser.error("give a folder of films, a table of rows, or --signals")
     if given.make:
         make(given.source.resolve(), given.only, given.workers)
         return 0
-    rows = judged_rows(
-        SIGNALS if given.signals else given.source, given.only, given.workers, given.keep, given.strength
-    )
+    rows = judged_rows(SIGNALS if given.signals else given.source, given.only, given.workers, given.keep)
     for forged in (False, True):
         given_verdicts = [row["verdict"] for row in rows if is_forged(row["case"]) == forged]
         words = ", ".join(f"{given_verdicts.count(one)} {one}" for one in ("accept", "inconclusive", "reject"))

@@ -7,17 +7,14 @@ the light that the board's white squares show, with the camera's noise.  What is
 glare, stays in front of the badge.  So lens, hands, room and motion are real.  The clips are short and are played to
 and fro.
 
-Printed is, for each camera, badge and forgery, the verdict, the gain with its error bar, how many frames were tracked,
-whether the identity was read, and the camera as estimated next to the true one.  With `--keep DIR` the films are kept,
-each with its badge next to it, as `golden.py` reads them.
+With `--keep DIR` the films are kept, each with its badge next to it, as `golden.py` reads them.
 """
 
 from __future__ import annotations
 
 import math
-import shutil
+import tempfile
 import tomllib
-from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import product
@@ -25,7 +22,6 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from half_real_poses import MM_PER_M, error_row, joint_pose
 from numpy.typing import NDArray
 from outside.build import built
 from outside.camera import Camera
@@ -35,21 +31,18 @@ from outside.page import PAPER, load_page
 
 import moireid
 from moireid.badge import Badge
-from moireid.verifier import Question, Report, verify
-from moireid_lab.bench.bench_frame import Bench, Row, Wish
-from moireid_lab.bench.verdicts import why_not
+from moireid.verifier import Question, verify
+from moireid_lab.bench.part import OUTSIDE, Asked, Part, Row, film_row, identity_answer
 
 Array = NDArray[np.float64]
 #: Frames a second of the clips, and the fewest corners of the board that give its pose.
 FPS, LEAST_CORNERS = 6, 8
-#: Fewest cameras that give a joint pose.
-LEAST_VIEWS = 3
 #: Shorter clips are played to and fro again.
 LEAST_FRAMES = 80
 #: The default badge, mm, and the largest that pdfium draws whole at 1200 dpi.
 SIZES_MM = (146, 175)
 PATTERNS = ("silk", "cells")
-FORGERIES = ("gain_0.5", "frozen")
+FORGERIES, CAMERAS = ("gain_0.5", "frozen"), range(4)
 #: Of the optics, standard deviation, px; of the sensor, grey values; a webcam's curve from light to grey values.
 BLUR_PX, NOISE, GAMMA = 0.6, 1.2, 2.2
 #: A pixel of the board that differs by this share of white less black shows something in front of it.
@@ -99,16 +92,6 @@ class BoardView:
     place: Array
     solid: Array
     corners: Array
-
-    @property
-    def tangent(self) -> float:
-        """The camera's parallax coordinate."""
-        return parallax(-self.turn.T @ self.place)
-
-
-def parallax(camera_mm: Array) -> float:
-    """Cx/|Cz| of a camera in the badge's frame."""
-    return float(camera_mm[0] / abs(camera_mm[2]))
 
 
 @dataclass(frozen=True)
@@ -280,113 +263,45 @@ def write_film(tracer: BoardTracer, path: Path, seed: int) -> None:
         container.mux(stream.encode())
 
 
-def judged(report: Report, badge: Badge, camera: Webcam) -> Row:
-    """What becomes of one film, with the camera as solved next to the true one."""
-    lens = report.measurement.camera if report.measurement else None
-    middle = np.array(camera.center_px) - 0.5 - (np.array(camera.size_px) - 1) / 2
-    return {
-        "verdict": report.verdict,
-        "gain": report.invariant.gain_ratio,
-        "error bar": report.invariant.gain_sd,
-        "tracked": report.frames["tracked"],
-        "read": report.identity.decoded_id == badge.id,
-        "f": lens and lens.focal_px,
-        "true f": camera.focal_px,
-        "k1": lens and lens.bend_k1,
-        "true k1": float(camera.distortion[0]),
-        "axis off, px": float(np.hypot(*(np.array(lens.axis_px) - middle))) if lens else None,
-        "why": why_not(report),
-    }
-
-
 def printed(folder: Path, pattern: str, width_mm: int) -> Badge:
     """A board of that width, in the proportions of the default one, printed into the folder."""
     size_mm = width_mm, round(width_mm * 160 / 146)
     badge = moireid.design("Guest", payload="0f5ac3962d784be1", pattern=pattern, size_mm=size_mm)
-    if not folder.exists():
-        moireid.print_badge(badge, folder, mount="none")
+    moireid.print_badge(badge, folder, mount="none")
     return badge
 
 
-def pose_rows(data: Path, board: PrintedBoard, numbers: list[int], badge: Badge) -> Iterator[Row]:
-    """Of each camera, how far its poses are from those by all of them."""
-    cameras = {number: webcam(data, number) for number in numbers}
-    clips = {number: read_clip(data, number, camera, board) for number, camera in cameras.items()}
-    worlds = {number: camera_in_world(data, number) for number in numbers}
-    views = {number: {view.number: view for view in clip} for number, clip in clips.items()}
-    joint: dict[int, dict[int, float]] = {number: {} for number in numbers}
-    for frame in sorted(set().union(*views.values())):
-        shown = [number for number in numbers if frame in views[number]]
-        if len(shown) < LEAST_VIEWS:
-            continue
-        here = {number: views[number][frame] for number in shown}
-        first, world = here[shown[0]], worlds[shown[0]]
-        start = world[:, :3].T @ first.turn, world[:, :3].T @ (first.place - world[:, 3])
-        seen = [
-            (view.solid, view.corners, cameras[number].matrix, cameras[number].distortion, worlds[number])
-            for number, view in here.items()
-        ]
-        turn, place = joint_pose(seen, start)
-        for number in shown:
-            world = worlds[number]
-            joint[number][frame] = parallax(-turn.T @ (place + world[:, :3].T @ world[:, 3]))
-    for number in numbers:
-        frames = list(joint[number])
-        alone, together = (np.array([one[frame] for frame in frames]) for one in (views[number], joint[number]))
-        alone = np.array([view.tangent for view in alone])
-        yield {"camera": number, "poses of": "one view"} | error_row(alone, together, badge, FPS)
+def judged(job: tuple[Path | None, int, str, int, str | None], folder: Path) -> Row:
+    """One film, with the focal length as solved over the true one."""
+    data, number, pattern, width_mm, forge = job
+    assert data is not None
+    board, camera = load_board(data), webcam(data, number)
+    path = folder / f"{'forged-' if forge else ''}real-{number}-{pattern}-{width_mm}{f'-{forge}' if forge else ''}.mp4"
+    with tempfile.TemporaryDirectory(dir=folder) as name:
+        badge = printed(Path(name) / "badge", pattern, width_mm)
+        if not path.exists():
+            clip = read_clip(data, number, camera, board)
+            write_film(BoardTracer(Path(name) / "badge", camera, clip, board, forge), path, number)
+            path.with_suffix(".json").write_text(badge.to_json(), encoding="utf-8")
+    report = verify(path, Question(badge, badge.id))
+    lens = report.measurement.camera if report.measurement else None
+    row = film_row(f"webcam {number}", report, true=forge is None, gain_sd=report.invariant.gain_sd)
+    if forge is None:
+        row["answers"]["identity"] = identity_answer(report, badge)
+    return row | {"focal over true": lens and lens.focal_px / camera.focal_px}
 
 
-def solved_row(report: Report, clip: list[BoardView], badge: Badge) -> Row:
-    """How far the poses of a film are from those at which its badge was drawn."""
-    low, top, high, bottom = badge.outline_mm
-    middle = np.array([(low + high) / 2, (top + bottom) / 2, 0.0])
-    found = np.array([parallax(place - middle) for place in report.measurement.camera_mm])
-    true = np.array([clip[frame].tangent for frame in report.track.frame_numbers])
-    return error_row(found, true, badge, FPS)
+def cases(asked: Asked) -> dict[str, tuple[Path | None, int, str, int, str | None]]:
+    """All films."""
+    return {
+        f"webcam {number}, {pattern}, {width} mm, {forge or 'true'}": (asked.data, number, pattern, width, forge)
+        for width, pattern, forge, number in product(SIZES_MM, PATTERNS, (None, *FORGERIES), CAMERAS)
+    }
 
 
-def camera_in_world(folder: Path, number: int) -> Array:
-    """A camera's rotation and translation from the world's frame, (3, 4), mm."""
-    config = tomllib.loads((folder / "camera_array.toml").read_text(encoding="utf-8"))["cameras"][str(number)]
-    return np.column_stack([config["rotation"], MM_PER_M * np.array(config["translation"])])
-
-
-def rows(wish: Wish) -> Iterator[Row]:
-    """One row a film."""
-    own = wish.own
-    with wish.kept_folder() as kept:
-        board = load_board(own.data)
-        for pattern, width_mm in product(own.patterns, own.sizes):
-            home = kept / f"{pattern}-{width_mm}"
-            badge = printed(home, pattern, width_mm)
-            for number in own.cameras:
-                camera = webcam(own.data, number)
-                clip = read_clip(own.data, number, camera, board)
-                found = {"camera": number, "badge": home.name, "frames": len(clip)}
-                for forge in (None, *own.forged):
-                    name = f"{'forged-' if forge else ''}real-{number}-{home.name}{f'-{forge}' if forge else ''}"
-                    path = kept / f"{name}.mp4"
-                    if not path.exists():
-                        write_film(BoardTracer(home, camera, clip, board, forge), path, number)
-                        shutil.copy(home / "badge.json", path.with_suffix(".json"))
-                    report = verify(path, Question(badge, badge.id))
-                    yield found | {"film": forge or "true"} | judged(report, badge, camera)
-                    if forge is None and report.measurement is not None:
-                        yield {"camera": number, "poses of": home.name} | solved_row(report, clip, badge)
-        yield from pose_rows(own.data, board, own.cameras, badge)
-
-
-OPTIONS = {
-    "--data": {"type": Path, "required": True, "metavar": "DIR"},
-    "--cameras": {"type": int, "nargs": "*", "default": [0, 1, 2, 3]},
-    "--patterns": {"nargs": "*", "default": PATTERNS},
-    "--sizes": {"type": int, "nargs": "*", "default": SIZES_MM, "help": "widths of the board, mm"},
-    "--forged": {"nargs": "*", "default": FORGERIES},
+QUESTIONS = {
+    "genuine": "Is a true badge accepted that is drawn into films of four real webcams?",
+    "identity": "Is its identity read there?",
+    "forged": "Is a forged one rejected there? Frozen, or half the gain",
 }
-COLUMNS = {"camera": ">6", "badge": "<9", "film": "<8", "verdict": "<12", "gain": ">7.3f", "error bar": ">9.3f"}
-COLUMNS |= {"tracked": ">7", "frames": ">6", "read": ">5", "f": ">5.0f", "true f": ">6.0f", "k1": ">6.2f"}
-COLUMNS |= {"true k1": ">7.2f", "axis off, px": ">12.0f", "why": "<1"}
-COLUMNS |= {"poses of": "<9", "poses": ">5", "rms": ">6.4f", "median": ">6.4f", "< 0.2 Hz": ">8.2f", "to 1 Hz": ">7.2f"}
-COLUMNS |= {"faster": ">6.2f", "of the law, rad": ">15.3f", "its median": ">10.3f"}
-BENCH = Bench(rows, COLUMNS, options=OPTIONS, table=lambda rows: sorted(rows, key=lambda row: "poses of" in row))
+PART = Part(QUESTIONS, f"{OUTSIDE}, in real films", cases, judged, needs_data=True)

@@ -5,15 +5,14 @@ fringes' place asks: (1 + 2 a cos(place - its own)) / N.  Then the fundamental i
 turns, and blurred ones have no third harmonic that could betray them.  With 2 b cos(3 (place - its own)) added, five
 are right in the third harmonic too: such films are known to pass, at a lower contrast.  So are films of blurred ones
 whose fringes a tone curve makes steep.  The badge is turned on the spot, so that the fringes do not show its distance,
-before a camera that is in focus or not.  Printed is what becomes of each film, of which no other should be accepted,
-of a true film on each trajectory, which should be, and the third harmonic that turns with the fringes.
+before a camera that is in focus or not.  `third` is the third harmonic that turns with the fringes.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -26,9 +25,8 @@ from moireid.simulate.forgeries.rear_layer import ShownViews, SquaredUp
 from moireid.simulate.motion import Motion, Poses
 from moireid.simulate.scene import Build, Scene
 from moireid.verifier import Question, verify
-from moireid_lab.bench.bench_frame import Bench, Row, Wish, temporary_film
 from moireid_lab.bench.forgers.forgers_suite import CAMERA, badge_of
-from moireid_lab.bench.verdicts import why_not
+from moireid_lab.bench.part import OWN, Asked, Part, Row, film_row, temporary_film
 
 Array = NDArray[np.float64]
 FRAMES, FPS, CRF, PX_PER_MM = 240, 30.0, 23, 4.0
@@ -156,7 +154,7 @@ def superposed(case: Superposition) -> Show:
     return show
 
 
-def judged(job: tuple[Superposition, int]) -> Row:
+def judged(job: tuple[Superposition, int], folder: Path) -> Row:
     """Make one film; what becomes of it."""
     case, seed = job
     badge, show = badge_of("x"), superposed(case) if case.count else None
@@ -165,14 +163,20 @@ def judged(job: tuple[Superposition, int]) -> Row:
     with temporary_film(scene, motion, frames=FRAMES, fps=FPS, show=show, seed=seed, crf=CRF) as video:
         report = verify(video, Question(badge, badge.id))
     third = next((one for one in report.reasons if one.code == "third_harmonic"), None)
-    found = {"third": third and third.measured, "limit": third and third.limit, "why": why_not(report)}
-    return {"film": case.name, "seed": seed, "verdict": report.verdict} | found
+    kind = f"{case.count} superposed" if case.count else "a true film"
+    kind += (
+        ", third harmonic" if case.third else ", tone curve" if case.curve else ", out of focus" if case.soft_px else ""
+    )
+    return film_row(kind, report, true=case.count == 0, third=third and third.measured)
 
 
-def rows(wish: Wish) -> Iterator[Row]:
-    """One row a film."""
-    seeds = range(1, 1 + (wish.clips or 1))
-    return wish.each(judged, {f"{case.name} seed {seed}": (case, seed) for case in ALL for seed in seeds})
+def cases(asked: Asked) -> dict[str, tuple[Superposition, int]]:
+    """All films."""
+    return {f"{case.name}|{seed}": (case, seed) for seed in range(1, 1 + (asked.clips or 1)) for case in ALL}
 
 
-BENCH = Bench(rows, {"film": "<58", "seed": ">4", "verdict": "<12", "third": ">7.3f", "limit": ">6.3f", "why": "<1"})
+QUESTIONS = {
+    "forged": "Is a film of three to eight superposed photographs rejected?",
+    "genuine": "Is a true film accepted that is turned on the spot, also out of focus?",
+}
+PART = Part(QUESTIONS, OWN, cases, judged, 2)

@@ -3,14 +3,14 @@
 A person before a webcam follows prompts with a true badge, as in `moireid lab bench live`: 720p, 24 pictures a
 second.  The first session measures the badge (`witnessed_figures`).  Then, each with new prompts and by these figures:
 the same badge answers; a copy of the same files, whose sheet was put on anew, answers; and the first session's film is
-played again.  Printed are the figures' error bars, each verdict and what decided it, and sums.
+played again.
 """
 
 from __future__ import annotations
 
 import random
-from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -19,8 +19,8 @@ from live_replays import FPS, SEEN_S, WAY_S, badge_of
 from moireid.question import Question
 from moireid.simulate.scene import Build
 from moireid.verifier.session.known_figures import checked_figures
-from moireid_lab.bench.bench_frame import Bench, Row, Wish
 from moireid_lab.bench.live import FACE_MM, answer, frames, portrait
+from moireid_lab.bench.part import OWN, Asked, Part, Row, answer_of
 from moireid_studio.challenge.challenge import Prompt, draw_prompts
 from moireid_studio.challenge.session import READY_S, LiveCheck
 
@@ -50,46 +50,34 @@ def session(claim: Question, pictures: Pictures, prompts: Sequence[Prompt]) -> d
     return check.finish()
 
 
-def judged(number: int) -> Row:
+def judged(number: int, folder: Path) -> Row:
     """One badge: enrolled live, then checked live."""
     chance, badge = random.Random(3400 + number), badge_of(number)
     first, prompts = answered(number, number, chance)
     event = session(Question(badge, badge.id, enrolling=True), first, prompts)
-    row: Row = {"badge": number, "enrolled": event["verdict"], "why": _why(event)}
+    answers = {"enrolled": answer_of(event["verdict"], true=True)}
+    row: Row = {"kind": "webcam, 720p", "answers": answers, "verdict": event["verdict"]}
     if "as_built" not in event:
         return row
     found = checked_figures(event["as_built"], badge)
-    row |= {"gain": found.gain_ratio, "gain sd": found.gain_sd, "offset sd": found.offset_sd}
+    row |= {"gain": found.gain_ratio, "gain_sd": found.gain_sd, "offset_sd": found.offset_sd}
     claim = Question(badge, badge.id, as_built=found, level="live")
     films = {"again": answered(number, number, chance), "copy": answered(number, number + COPY, chance)}
     films["replay"] = first, draw_prompts(SEEN_S + READY_S, chance)
     for kind, film in films.items():
-        event = session(claim, *film)
-        row |= {kind: event["verdict"], f"{kind}: why": _why(event), f"{kind}: figures": event["identity"]["built"]}
+        answers[kind] = answer_of(session(claim, *film)["verdict"], true=kind == "again")
     return row
 
 
-def _why(event: dict[str, Any]) -> str:
-    """The codes that decided a verdict."""
-    level = {"reject": "fail", "inconclusive": "undecided"}.get(event["verdict"])
-    return ", ".join(dict.fromkeys(one["code"] for one in event["reasons"] if one["level"] == level))
+def cases(asked: Asked) -> dict[str, int]:
+    """All badges."""
+    return {f"badge {number}": number for number in range(asked.clips or CLIPS)}
 
 
-def rows(wish: Wish) -> Iterator[Row]:
-    """One row a badge."""
-    return wish.each(judged, {f"badge {number}": number for number in range(wish.clips or CLIPS)})
-
-
-def table(found: list[Row]) -> Iterator[Row]:
-    """The badges, then the sums."""
-    yield from found
-    for kind in ("enrolled", "again", "copy", "replay"):
-        counted = Counter(row.get(kind) for row in found)
-        yield {"all of": kind} | {verdict: counted[verdict] for verdict in ("accept", "inconclusive", "reject")}
-
-
-COLUMNS = {"badge": ">5", "enrolled": "<12", "why": "<10", "gain": ">6.3f", "gain sd": ">7.3f", "offset sd": ">9.3f"}
-for _kind in ("again", "copy", "replay"):
-    COLUMNS |= {_kind: "<12", f"{_kind}: figures": "<16", f"{_kind}: why": "<24"}
-COLUMNS |= {"all of": "<18", "accept": ">8", "inconclusive": ">13", "reject": ">8"}
-BENCH = Bench(rows, COLUMNS, table=table)
+QUESTIONS = {
+    "enrolled": "Is a badge's first live session, which measures it, accepted?",
+    "again": "Is the same badge accepted again at the level live?",
+    "copy": "Is a copy rejected whose sheet was put on anew?",
+    "replay": "Is the first session's film rejected, played to new prompts?",
+}
+PART = Part(QUESTIONS, OWN, cases, judged)

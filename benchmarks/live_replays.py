@@ -1,13 +1,13 @@
 """Answers, calls and replays against the live check: run `moireid lab bench live [--only call]`.
 
 film: a person before a webcam follows a challenge with a true badge: traced fringes, a photographed face, tremor,
-    noise, 720p at 24 frames a second, coded as JPEG as the page codes them.  `--controls` go through `LiveCheck` with
-    the challenge that they answer (own), and should be accepted.  Each is played to a fresh challenge (replay), begun
+    noise, 720p at 24 frames a second, coded as JPEG as the page codes them.  Some go through `LiveCheck` with the
+    challenge that they answer (own), and should be accepted.  Each is played to a fresh challenge (replay), begun
     at the moment that suits this best, which the replayer knows before: paused on its first picture till then, or
     without its beginning.  None may be accepted.
 call, answered: a person in a call hears the prompts that are read aloud, and follows them with a true badge.  The
     call's delay, there and back, goes from 100 to 1,500 ms; 2 % of the pictures are lost; pictures are coded by H.264
-    at 1.5 Mbit/s, shown in a tile of 960 px (`--widths`: others), and coded as JPEG by the asker's page.  Nine of ten
+    at 1.5 Mbit/s, shown in a tile of 960 px, and coded as JPEG by the asker's page.  Nine of ten
     should be accepted.  jumping: with a delay that jumps up by a second in the middle.  replay: an attacker plays a
     film of an earlier answered call, and pauses it until each prompt comes.  None may be accepted.
 drawn: a forger before a webcam follows the prompts with a printed board, whose pose his program knows without error.
@@ -19,10 +19,10 @@ from __future__ import annotations
 
 import hashlib
 import random
-from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import islice
+from pathlib import Path
 from typing import Any
 
 import cv2
@@ -33,7 +33,6 @@ from moireid.badge import Badge
 from moireid.designer import Order, design_badge
 from moireid.question import Question
 from moireid.simulate.scene import Build, Scene
-from moireid_lab.bench.bench_frame import Bench, Row, Wish, grouped
 from moireid_lab.bench.live import (
     FACE_MM,
     REST_MM,
@@ -46,9 +45,9 @@ from moireid_lab.bench.live import (
     passes_in_order,
     portrait,
 )
+from moireid_lab.bench.part import OWN, Asked, Part, Row, answer_of, interleaved
 from moireid_studio.challenge.challenge import draw_prompts
-from moireid_studio.challenge.chance import likeliest_chance, replay_chance, same_moves_chance
-from moireid_studio.challenge.clock import CALL, SLACK_S
+from moireid_studio.challenge.clock import CALL
 from moireid_studio.challenge.session import READY_S, LiveCheck
 
 FPS = 24.0
@@ -73,26 +72,22 @@ def badge_of(number: int) -> Badge:
 
 def checked(
     badge: Badge, film: Iterable[Picture], draw: Callable[[float], Any], hear: Callable[[str, float], None], **pace: Any
-) -> Row:
-    """The verdict of a session on a film, the first finding that made it, prompts judged, and how long it took.
+) -> str:
+    """The verdict of a session on a film.
 
     Parameters: draw: as `LiveCheck`; hear: called with each prompt and the time.
     """
-    now_s, judged, verdict = 0.0, 0, None
+    now_s, verdict = 0.0, None
     check = LiveCheck(Question(badge, badge.id), draw=draw, now=lambda: now_s, **pace)
     check.ask(0.0)
     for taken_s, now_s, jpeg in film:
         for event in check.push(cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_GRAYSCALE), taken_s, now_s):
             if event["event"] == "prompt":
                 hear(event["move"], now_s)
-            judged += event["event"] == "prompted"
             verdict = event if event["event"] == "verdict" else verdict
         if check.ended:
             break
-    verdict = verdict or check.finish()
-    level = {"reject": "fail", "inconclusive": "undecided"}.get(verdict["verdict"], "pass")
-    why = next((one["text"] for one in verdict["reasons"] if one["level"] == level), "")
-    return {"verdict": verdict["verdict"], "prompts": judged, "s": now_s, "why": why}
+    return str((verdict or check.finish())["verdict"])
 
 
 def jpegs(pictures: Iterable[np.ndarray]) -> Iterator[bytes]:
@@ -101,7 +96,7 @@ def jpegs(pictures: Iterable[np.ndarray]) -> Iterator[bytes]:
         yield cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, 85])[1].tobytes()
 
 
-def filmed(job: tuple[int, bool]) -> Row:
+def filmed(job: tuple[int, bool]) -> dict[str, str]:
     """What the live check says of a film and of its replay, by kind."""
     number, replay_alone = job
     chance, badge = random.Random(1000 + number), badge_of(number)
@@ -109,9 +104,9 @@ def filmed(job: tuple[int, bool]) -> Row:
     course = answer(before, FACE_MM, reaction_s=chance.uniform(0.3, 1.2))
     length_s = before[-1].at_s + 6.0
     film: Iterable[bytes] = jpegs(frames(badge, portrait(), course, length_s=length_s, fps=FPS, seed=number))
-    found: dict[str, Row] = {}
+    found: dict[str, str] = {}
 
-    def judged(pictures: Iterable[Picture], prompts: Sequence[Any]) -> Row:
+    def judged(pictures: Iterable[Picture], prompts: Sequence[Any]) -> str:
         return checked(badge, pictures, lambda _: list(prompts), lambda move, shown_s: None)
 
     def timed(pictures: Iterable[bytes]) -> Iterator[Picture]:
@@ -126,7 +121,7 @@ def filmed(job: tuple[int, bool]) -> Row:
     shifts = np.arange(SEEN_S - before[0].at_s, fresh[-1].at_s - before[0].at_s, 0.25)
     best_s = max(shifts, key=lambda shift_s: (passes_in_order(seen, fresh, shift_s), -abs(shift_s)))
     found["replay"] = judged(timed(begun_at(film, round(best_s * FPS))), fresh)
-    return {"kinds": found}
+    return found
 
 
 def begun_at(film: Iterable[bytes], start: int) -> Iterator[bytes]:
@@ -145,18 +140,17 @@ class Call:
     number: int
     kind: str
     delay_s: float
-    width: int = WIDTH
     jump_s: float = 0.0
 
 
-def called(call: Call) -> Row:
+def called(call: Call) -> dict[str, str]:
     """What becomes of a call."""
     chance, badge = random.Random(f"{call.kind} {call.number}"), badge_of(call.number)
     who: Any = Caller(FACE_MM, call.delay_s, chance)
     if call.kind == "replay":
         who = PausingPlayer(draw_prompts(3.0, chance, pace=CALL), FACE_MM, call.delay_s)
     pictures = frames(badge, portrait(), who, length_s=LONGEST_S, fps=FPS, seed=call.number)
-    tile = jpegs(coded(pictures, call.width, FPS, loss=LOSS, chance=chance))
+    tile = jpegs(coded(pictures, WIDTH, FPS, loss=LOSS, chance=chance))
 
     def arriving() -> Iterator[Picture]:
         for number, jpeg in enumerate(tile):
@@ -164,10 +158,10 @@ def called(call: Call) -> Row:
             yield taken_s, taken_s + 0.03, jpeg
 
     found = checked(badge, arriving(), lambda at_s: draw_prompts(at_s, chance, pace=CALL), who.hear, pace=CALL)
-    return {"kinds": {f"call, {call.kind}": found | {"delay": call.delay_s}}}
+    return {"call jumps" if call.jump_s else f"call {call.kind}": found}
 
 
-def drawn(job: tuple[int, int]) -> Row:
+def drawn(job: tuple[int, int]) -> dict[str, str]:
     """What the live check says of a badge that is drawn by optical flow between so many stills as the prompts come."""
     number, count = job
     chance, badge = random.Random(7000 + number), badge_of(number)
@@ -182,58 +176,39 @@ def drawn(job: tuple[int, int]) -> Row:
     late_s = DRAWING_S + 1 / FPS
     timed = ((k / FPS + late_s, k / FPS + late_s + WAY_S, jpeg) for k, jpeg in enumerate(film))
     found = checked(badge, timed, lambda _: list(prompts), lambda move, shown_s: None)
-    return {"kinds": {f"drawn, {count} stills": found}}
+    return {f"drawn, {count} stills": found}
 
 
-def judged(job: tuple[str, Any]) -> Row:
+def judged(job: tuple[str, Any], folder: Path) -> Row:
     """A film, a call, or a badge that is drawn."""
-    return {"film": filmed, "call": called, "drawn": drawn}[job[0]](job[1])
+    found = {"film": filmed, "call": called, "drawn": drawn}[job[0]](job[1])
+    answers = {
+        kind.split(",")[0]: answer_of(verdict, true=kind in ("own", "call answered", "call jumps"))
+        for kind, verdict in found.items()
+    }
+    return {"kind": list(found)[-1], "answers": answers, "verdict": list(found.values())[-1]}
 
 
-def rows(wish: Wish) -> Iterator[Row]:
-    """One row a film and kind."""
-    asked = wish.own
-    delays = np.linspace(0.1, 1.5, max(asked.answered, 2)).tolist()
-    calls = [Call(k, "answered", delays[k]) for k in range(asked.answered)]
-    calls += [Call(k, "jumping", 0.4, jump_s=1.0) for k in range(asked.jumping)]
-    calls += [Call(k, "replay", delays[k % len(delays)]) for k in range(asked.replays)]
-    calls += [Call(k, f"{width} px wide", 0.4, width) for width in asked.widths for k in range(2)]
-    jobs: dict[str, Any] = {f"film {k}": ("film", (k, k >= asked.controls)) for k in range(wish.clips or 50)}
-    jobs |= {f"call {call.kind} {call.number}": ("call", call) for call in calls}
-    jobs |= {f"drawn {count} {k}": ("drawn", (k, count)) for k in range(asked.drawn) for count in (2, 3, 4)}
-    for name, found in zip(wish.chosen(jobs), wish.each(judged, jobs), strict=True):
-        for kind, row in found["kinds"].items():
-            yield {"film": name, "kind": kind, "delay": None} | row
+def cases(asked: Asked) -> dict[str, tuple[str, Any]]:
+    """All sessions, mixed by kind."""
+    count = asked.clips or 10
+    delays = np.linspace(0.1, 1.5, max(count, 2)).tolist()
+    films = {f"film {k}": ("film", (k, k >= count // 2)) for k in range(count)}
+    calls = [Call(k, "answered", delays[k]) for k in range(count)] + [
+        Call(k, "replay", delays[k]) for k in range(count)
+    ]
+    some = {f"call {call.kind} {call.number}": ("call", call) for call in calls}
+    some |= {f"call jumps {k}": ("call", Call(k, "jumping", 0.4, 1.0)) for k in range(2)}
+    stills = {f"drawn {number} {k}": ("drawn", (k, number)) for k in range(3) for number in (2, 3, 4)}
+    return interleaved(films, some, stills)
 
 
-def table(found: list[Row]) -> Iterator[Row]:
-    """The films, then the sums."""
-    yield from found
-    for kind, own in grouped(found, "kind").items():
-        counted = Counter(row["verdict"] for row in own)
-        yield {"all of": kind} | {verdict: counted[verdict] for verdict in ("accept", "inconclusive", "reject")}
-
-
-def chances(found: list[Row]) -> Iterator[str]:
-    """The computed chances of replays."""
-    yield (
-        f"computed chance of one replay {replay_chance():.1e}, of one with the most lies about time "
-        f"{replay_chance(slack_s=SLACK_S):.1e}"
-    )
-    yield (
-        f"computed chance of one paused replay in a call {same_moves_chance(CALL):.1e}, of the likeliest one "
-        f"{likeliest_chance(CALL):.1e}"
-    )
-
-
-OPTIONS = {
-    "--controls": {"type": int, "default": 10, "help": "films that are also checked as what they are"},
-    "--answered": {"type": int, "default": 10, "help": "calls"},
-    "--jumping": {"type": int, "default": 2, "help": "calls"},
-    "--drawn": {"type": int, "default": 3, "help": "sessions with each number of stills"},
-    "--replays": {"type": int, "default": 50, "help": "calls"},
-    "--widths": {"type": int, "nargs": "*", "default": [], "help": "of further calls' tiles, px"},
+QUESTIONS = {
+    "own": "Is a live answer to its own prompts accepted?",
+    "replay": "Is an answer of another time rejected, played at the best moment?",
+    "call answered": "Is an answer accepted in a call, 0.1 to 1.5 s late, 2 % of the pictures lost?",
+    "call jumps": "The same in a call whose delay jumps by a second?",
+    "call replay": "Is an answer of another call rejected, paused until each prompt?",
+    "drawn": "Is a badge rejected that is drawn by optical flow between two to four stills as the prompts come?",
 }
-COLUMNS = {"film": "<20", "kind": "<18", "delay": ">5.2f", "verdict": "<12", "prompts": ">7", "s": ">5.0f", "why": "<1"}
-COLUMNS |= {"all of": "<18", "accept": ">8", "inconclusive": ">13", "reject": ">8"}
-BENCH = Bench(rows, COLUMNS, chances, OPTIONS, table)
+PART = Part(QUESTIONS, OWN, cases, judged)

@@ -7,8 +7,7 @@ minterpolate: stills of a true film in order of time, and FFmpeg's own interpola
 true: a true film on the same trajectory, as it is and through a call.
 outside: the same by a tracer that shares nothing with `moireid.simulate`, with motions of its own.
 
-Printed is what becomes of each film; and how far its typical cell moves, over how far the rows make it, with the error
-bar.
+`cells` is how far a film's typical cell moves, over how far the rows make it.
 """
 
 from __future__ import annotations
@@ -38,8 +37,7 @@ from moireid.simulate.motion import Motion
 from moireid.simulate.recording.encode import RECIPES, FilmWriter, kept_frames
 from moireid.simulate.scene import Build, Camera, Scene
 from moireid.verifier import Question, verify
-from moireid_lab.bench.bench_frame import Bench, Row, Wish, grouped
-from moireid_lab.bench.verdicts import why_not
+from moireid_lab.bench.part import OWN, Asked, Part, Row, film_row
 
 Kind = Literal["flow", "alone", "minterpolate", "true", "outside"]
 FRAMES, FPS, CRF = 150, 30, 23
@@ -172,41 +170,25 @@ def made(case: Case, seed: int, folder: Path) -> tuple[Badge, Path]:
     return badge, folder / "between.mp4"
 
 
-def judged(job: tuple[Case, int]) -> Row:
+def judged(job: tuple[Case, int], folder: Path) -> Row:
     """One film, made and judged."""
     case, seed = job
-    with tempfile.TemporaryDirectory() as folder:
-        badge, path = made(case, seed, Path(folder))
+    with tempfile.TemporaryDirectory(dir=folder) as own:
+        badge, path = made(case, seed, Path(own))
         report = verify(path, Question(badge, badge.id))
+    words = [f"{case.stills} stills" if case.stills else "", case.kind, case.recipe or "", case.pattern or ""]
     motion = report.identity.cell_motion
-    return {
-        "film": case.name,
-        "kind": case.kind,
-        "stills": case.stills,
-        "recipe": case.recipe,
-        "seed": seed,
-        "verdict": report.verdict,
-        "cells": motion and motion.typical,
-        "error bar": motion and motion.sd,
-        "why": why_not(report),
-    }
+    cells = {"cells": motion and motion.typical}
+    return film_row(", ".join(filter(None, words)), report, true=case.stills == 0, **cells)
 
 
-def rows(wish: Wish) -> Iterator[Row]:
-    """One row a film."""
-    seeds = range(1, 1 + (wish.clips or 1))
-    return wish.each(judged, {f"{case.name} seed {seed}": (case, seed) for seed in seeds for case in CASES})
+def cases(asked: Asked) -> dict[str, tuple[Case, int]]:
+    """All films."""
+    return {f"{case.name}|{seed}": (case, seed) for seed in range(1, 1 + (asked.clips or 1)) for case in CASES}
 
 
-def table(found: list[Row]) -> Iterator[Row]:
-    """The films, then how many of each kind were accepted."""
-    yield from found
-    for (kind, count, recipe), own in grouped(found, "kind", "stills", "recipe").items():
-        accepted = sum(row["verdict"] == "accept" for row in own)
-        words = [f"{count} stills" if count else "", kind, recipe or ""]
-        yield {"all of": ", ".join(word for word in words if word), "films": len(own), "accepted": accepted}
-
-
-COLUMNS = {"film": "<44", "seed": ">4", "verdict": "<12", "cells": ">6.3f", "error bar": ">9.3f"}
-COLUMNS |= {"why": "<1", "all of": "<24", "films": ">5", "accepted": ">8"}
-BENCH = Bench(rows, COLUMNS, table=table)
+QUESTIONS = {
+    "forged": "Is a film rejected of two to six stills, morphed by optical flow?",
+    "genuine": "Is a true film on such trajectories accepted, also through a call, a meeting, a chat?",
+}
+PART = Part(QUESTIONS, f"{OWN}; outside: benchmarks/outside", cases, judged, 1)

@@ -1,24 +1,18 @@
-"""Natural motion by an outside tracer: run `moireid lab bench natural [--films N] [--filmed N]`.
+"""Natural motion by an outside tracer: run `moireid lab bench natural [--clips N]`.
 
 A printed badge is filmed by `outside`, which shares nothing with `moireid.simulate`, with measured motions (a hand's
-run, a phone carried about a room) at 1 m and 2 m for 24 s.  Each film is tracked once; its parts of 4, 10 and 24 s are
-judged by themselves.  Printed is, by distance and length, how many parts are accepted, inconclusive and rejected, the
-same of those whose predicted phase spreads by 0.3 rad or more, the median odds, and processor time; and in how many
-nested pairs the longer part's verdict is the worse one.
-
-Then the measured phase of each accepted part of 10 s is forged on its own trajectory, with its own errors kept: each
-rival at its best (`KINDS`).  With `--filmed N`, N such trajectories are also filmed with each forgery of
-`outside.rivals`.  `--table FILE` writes the figures of all parts, true and forged, which the bench `priors` reads.
+run, a phone carried about a room) at 1 m and 2 m for 10 s.  The measured phase of each accepted film is then forged on
+its own trajectory, with its own errors kept: each rival at its best (`KINDS`).  On both motions each forgery of
+`outside.rivals` is filmed too.
 """
 
 from __future__ import annotations
 
-import csv
-import pickle
+import shutil
 import subprocess
 import sys
-import time
-from collections.abc import Iterator
+import tempfile
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -35,12 +29,10 @@ from moireid.verifier import Question, verify
 from moireid.verifier.camera.stretches import within_stretches
 from moireid.verifier.decision.judge import judge
 from moireid.verifier.fringes.grating_signal import GratingSignal
-from moireid.verifier.fringes.signals import measure
 from moireid.verifier.session.claim import sheet_of
-from moireid.verifier.tracking.track import Track
-from moireid_lab.bench.bench_frame import Bench, Row, Wish, counted_verdicts, grouped
+from moireid_lab.bench.part import OUTSIDE, Asked, Part, Row, answer_of, film_row, interleaved
 
-FPS, SECONDS, LENGTHS_S, FORGED_S = 30, 24, (4, 10, 24), 10
+FPS, SECONDS = 30, 10
 MOTIONS, DISTANCES_M = ("walk", "measured"), (1.0, 2.0)
 PROGRAM = Path(sys.executable).with_name("print-your-badge")
 #: Numerical forgeries on a part's own trajectory.
@@ -59,10 +51,7 @@ class Task:
     motion: str
     distance_m: float
     number: int
-    folder: str
     forge: str | None = None
-    seed: int = 0
-    seconds: int = SECONDS
 
     @property
     def name(self) -> str:
@@ -74,78 +63,38 @@ def prepared(folder: Path, *options: str) -> Path:
     """The folder of films, with the badge printed into it; options: of `print-your-badge`."""
     folder.mkdir(parents=True, exist_ok=True)
     if not (folder / "badge").exists():
-        wish = ["Guest", "--payload", "0f5ac3962d784be1", "--mount", "none", *options, "--out", str(folder / "badge")]
+        own = Path(tempfile.mkdtemp(dir=folder))
+        wish = ["Guest", "--payload", "0f5ac3962d784be1", "--mount", "none", *options, "--out", str(own / "badge")]
         subprocess.run([str(PROGRAM), *wish, "--json"], check=True, stdout=subprocess.DEVNULL)
+        # Another process may have printed it meanwhile.
+        with suppress(OSError):
+            (own / "badge").rename(folder / "badge")
+        shutil.rmtree(own)
     return folder
 
 
-def tracked(task: Task) -> Track:
-    """Make the film, and follow the badge in it; kept in the task's folder."""
-    folder = Path(task.folder)
-    kept = folder / f"{task.name}.track"
-    if kept.is_file():
-        return pickle.loads(kept.read_bytes())  # type: ignore[no-any-return]
-    rng = np.random.default_rng([task.seed, MOTIONS.index(task.motion), round(10 * task.distance_m), task.number])
-    camera = drawn(rng, PHONE)
-    path = course(task.motion, 1000 * task.distance_m, min(task.seconds, 18 if task.motion == "measured" else 40), rng)
-    page, video = load_page(folder / "badge"), folder / f"{task.name}.mp4"
-    seconds = min(task.seconds, 18) if task.motion == "measured" else task.seconds
-    shoot = Shoot(seconds * FPS, FPS, (23, 28)[task.number % 2], int(rng.integers(1 << 30)), task.forge)
+def judged(task: Task, folder: Path) -> Row:
+    """Make a film and judge it; of a true one that is accepted, its forged signals too."""
+    home = prepared(folder) / "badge"
+    rng = np.random.default_rng([MOTIONS.index(task.motion), round(10 * task.distance_m), task.number])
+    camera, page, video = drawn(rng, PHONE), load_page(home), folder / f"{task.name}.mp4"
+    path = course(task.motion, 1000 * task.distance_m, SECONDS, rng)
+    shoot = Shoot(SECONDS * FPS, FPS, (23, 28)[task.number % 2], int(rng.integers(1 << 30)), task.forge)
     film(page, built(page, rng), camera, path, video, shoot)
-    badge = load_badge(folder / "badge" / "badge.json")
-    track = replace(verify(video, Question(badge, badge.id)).track, snapshot=None)
+    badge = load_badge(home / "badge.json")
+    claim = Question(badge, badge.id)
+    report = verify(video, claim)
     video.unlink()
-    kept.write_bytes(pickle.dumps(track))
-    return track
-
-
-def judged(task: Task) -> Row:
-    """The parts of a film, judged, and the forgeries of its accepted parts; a filmed forgery is judged whole."""
-    track = tracked(task)
-    claim = Question(track.badge, track.badge.id)
-    lengths = (task.seconds,) if task.forge else LENGTHS_S
-    starts = part_starts(lengths, track.frames_read // FPS)
-    rows: list[Row] = []
-    for length, begins in starts.items():
-        for begin in begins:
-            within = (track.frame_numbers >= begin * FPS) & (track.frame_numbers < (begin + length) * FPS)
-            part = replace(track.only(within), frames_read=length * FPS)
-            if part.tracked < 60:
-                continue
-            signals = measure(part).gratings
-            clock = time.process_time()
-            row = row_of(task, f"filmed_{task.forge}" if task.forge else "true", signals, claim)
-            row |= {"length_s": length, "start_s": begin, "judge_s": time.process_time() - clock}
-            rows.append(row)
-            if length == FORGED_S and row["verdict"] == "accept":
-                rng = np.random.default_rng([task.seed, task.number, begin])
-                for kind in KINDS:
-                    lie = forged(signals[0], kind, rng)
-                    if lie is not None:
-                        rows.append(row_of(task, kind, (lie, *signals[1:]), claim) | {"length_s": length})
-    return {"parts": rows}
-
-
-def row_of(task: Task, kind: str, signals: tuple[GratingSignal, ...], claim: Question) -> Row:
-    """The figures of one set of signals."""
-    found = judge(signals, sheet_of(claim))
-    figures = max(found.gratings, key=lambda one: one["information"], default={})
-    law = found.explanations[0].parameters if found.explanations else {}
-    return {
-        "film": task.name,
-        "distance_m": task.distance_m,
-        "kind": kind,
-        "verdict": found.verdict,
-        "score": found.score if found.explanations else None,
-        "gain": found.gain_ratio,
-        "residual_rad": law.get("deviation_rad"),
-        **{
-            name: figures.get(name)
-            for name in ("excitation_rad", "expected_error_rad", "strip_wander_rad", "strip_sd_rad", "place_wander_rad")
-        },
-        "frames": len(signals[0].times_s),
-        "why": " ".join(reason.code for reason in found.reasons if reason.level in ("fail", "undecided")),
-    }
+    if task.forge:
+        return film_row(f"filmed, {task.forge}", report, true=False)
+    row = film_row(f"{task.motion}, {task.distance_m:g} m", report, true=True)
+    if report.verdict == "accept" and report.measurement is not None:
+        first, *others = report.measurement.gratings
+        lies = (forged(first, kind, rng) for kind in KINDS)
+        verdicts = [judge((lie, *others), sheet_of(claim)).verdict for lie in lies if lie is not None]
+        counts = np.array([answer_of(verdict, true=False) for verdict in verdicts])
+        row["answers"]["signals"] = counts.sum(axis=0).tolist()
+    return row
 
 
 def forged(signal: GratingSignal, kind: str, rng: np.random.Generator) -> GratingSignal | None:
@@ -193,86 +142,17 @@ def _spell(signal: GratingSignal, seconds: float, rng: np.random.Generator) -> n
     return int(rng.choice(begins)) + np.arange(count) if begins else None
 
 
-def rows(wish: Wish) -> Iterator[Row]:
-    """One row a part of a film, true or forged."""
-    with wish.kept_folder() as name:
-        common = {"folder": str(prepared(name)), "seed": wish.seed}
-        numbers = range(wish.clips or (1 if wish.quick else 6))
-        tasks = [Task(motion, metres, k, **common) for k in numbers for motion in MOTIONS for metres in DISTANCES_M]
-        tasks += [
-            Task(MOTIONS[k % 2], 1.0, 1000 + k, forge=kind, seconds=FORGED_S, **common)
-            for k in range(wish.own.filmed)
-            for kind in FILMED_KINDS
-        ]
-        parts = [part for film in wish.each(judged, {task.name: task for task in tasks}) for part in film["parts"]]
-    yield from parts
-    if wish.own.table:
-        with wish.own.table.open("w", encoding="utf-8", newline="") as stream:
-            writer = csv.DictWriter(stream, list(dict.fromkeys(name for part in parts for name in part)))
-            writer.writeheader()
-            writer.writerows(parts)
+def cases(asked: Asked) -> dict[str, Task]:
+    """All films."""
+    places = [(motion, metres) for motion in MOTIONS for metres in DISTANCES_M]
+    true = [Task(*places[k % len(places)], k // len(places)) for k in range(asked.clips or 30)]
+    lies = [Task(motion, 1.0, 1000 + k, kind) for k, motion in enumerate(MOTIONS) for kind in FILMED_KINDS]
+    return interleaved({task.name: task for task in true}, {task.name: task for task in lies})
 
 
-def table(parts: list[Row]) -> Iterator[Row]:
-    """The true films by distance and length, then the forgeries by kind, then each one that was accepted."""
-    true, lies = ([part for part in parts if (part["kind"] == "true") == kind] for kind in (True, False))
-    shown = [part | {"seconds": part["length_s"], "why": part["why"].split()} for part in true]
-    for (metres, seconds), own in sorted(grouped(shown, "distance_m", "seconds").items()):
-        yield {"true badge": f"{metres:g} m", "length": f"{seconds} s"} | part_figures(own)
-    for (kind, metres), own in grouped(lies, "kind", "distance_m").items():
-        counted = counted_verdicts([part | {"why": part["why"].split()} for part in own])
-        yield {"forged": kind, "m": metres, "films": len(own)} | counted
-    for part in lies:
-        if part["verdict"] == "accept":
-            yield {"accepted": part["film"], "kind": part["kind"], "spread, rad": part["excitation_rad"]}
-    pairs = [(a, b) for film in grouped(shown, "film").values() for a in film for b in film if inside(a, b)]
-    yield {"pairs of parts": len(pairs), "longer worse": sum(worse(longer, part) for part, longer in pairs)}
-
-
-def part_figures(rows: list[Row]) -> Row:
-    """Verdicts, odds and times of parts of one length; "of": those accepted of the ones that move enough."""
-    enough = [row for row in rows if (row["excitation_rad"] or 0.0) >= ENOUGH_RAD]
-    scores = [row["score"] for row in rows if row["score"] is not None]
-    return {
-        "films": len(rows),
-        **counted_verdicts(rows),
-        f"of >= {ENOUGH_RAD:g} rad": f"{sum(row['verdict'] == 'accept' for row in enough)} of {len(enough)}",
-        "log10 odds": float(np.median(scores)) if scores else None,
-        "ms a frame": 1e3 * sum(row["judge_s"] for row in rows) / sum(row["frames"] for row in rows),
-    }
-
-
-def inside(part: Row, longer: Row) -> bool:
-    """Whether a part is inside a longer one of its film."""
-    ends = [row["start_s"] + row["length_s"] for row in (part, longer)]
-    return part["length_s"] < longer["length_s"] and longer["start_s"] <= part["start_s"] and ends[0] <= ends[1]
-
-
-def worse(one: Row, other: Row) -> bool:
-    """Whether a verdict is worse than another."""
-    return VERDICTS.index(one["verdict"]) < VERDICTS.index(other["verdict"])
-
-
-def part_starts(lengths_s: tuple[int, ...], film_s: int) -> dict[int, list[int]]:
-    """When the parts of each length begin, s: `MOST_PARTS` of each at most, none over another, each inside a part of
-    every longer length; lengths beyond the film's are left out."""
-    found: dict[int, list[int]] = {}
-    longer_s, longer = film_s, [0]
-    for length_s in sorted((length for length in lengths_s if length <= film_s), reverse=True):
-        starts = [start + k * length_s for start in longer for k in range(longer_s // length_s)]
-        longer_s, longer = length_s, starts[:MOST_PARTS]
-        found[length_s] = longer
-    return found
-
-
-#: From the worst to the best; parts of one length; films with this much motion, rad, hold enough for a verdict.
-VERDICTS, MOST_PARTS, ENOUGH_RAD = ("reject", "inconclusive", "accept"), 4, 0.3
-COLUMNS = {"true badge": "<16", "length": ">8", "forged": "<16", "m": ">3g", "films": ">7", "accept": ">8"}
-COLUMNS |= {"inconclusive": ">13", "reject": ">8", f"of >= {ENOUGH_RAD:g} rad": ">15", "log10 odds": ">12.2f"}
-COLUMNS |= {"ms a frame": ">12.2f", "reasons": "<1"}
-COLUMNS |= {"accepted": "<30", "kind": "<16", "spread, rad": ">11.2f", "pairs of parts": ">14", "longer worse": ">12"}
-OPTIONS = {
-    "--filmed": {"type": int, "default": 0, "metavar": "N", "help": "trajectories filmed with each forgery"},
-    "--table": {"type": Path, "metavar": "FILE", "help": "write the figures of all parts as CSV"},
+QUESTIONS = {
+    "genuine": "Is a true film of 10 s of natural motion accepted?",
+    "signals": "Is its measured phase rejected once it is forged on its own trajectory? 16 kinds",
+    "forged": "Is a film rejected that is forged on its own trajectory? 11 kinds",
 }
-BENCH = Bench(rows, COLUMNS, options=OPTIONS, table=table)
+PART = Part(QUESTIONS, OUTSIDE, cases, judged, 2, ("moireid.designer", "moireid.fabrication.page"))

@@ -1,26 +1,21 @@
-"""Films by an outside tracer, judged: run `moireid lab bench outside [--formats a7,a6] [--clips N]`.
+"""Films by an outside tracer, judged: run `moireid lab bench outside [--only REGEX] [--clips N]`.
 
 Badges are made by the command `print-your-badge`, in each format, landscape and portrait, plain and with all that
 templates wear, with squares and with a thin frame; each is filmed twice by `outside`, which shares nothing with
 `moireid.simulate`, at distances that fill the range that the badge itself states, and judged by `moireid.verifier`.
-Printed is, for each format, how many films were accepted, inconclusive and rejected, how many identities of 64 bits
-were read, and the gain furthest from 1; then each film that was not accepted and read, with what makes it again:
-`--only ^NAME$` with the same `--clips` and `--seed`, with `--keep DIR` to look at it.  With `--forgeries`, thirteen
-lies about badges of each format instead.
+Of each format there are as many films of true badges as are asked for, and thirteen of lies about them.  `--keep DIR`
+keeps films and reports.
 
-Every draw follows from `--seed`, the format and the film's number.
+Every draw follows from the format and the film's number.
 """
 
 from __future__ import annotations
 
-import argparse
 import json
 import math
 import shutil
 import subprocess
 import sys
-import tempfile
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -36,10 +31,10 @@ from outside.page import load_page
 
 from moireid.badge import load_badge
 from moireid.verifier import Question, verify
-from moireid_lab.bench.bench_frame import Bench, Row, Wish, grouped
+from moireid_lab.bench.part import OUTSIDE, Asked, Part, Row, film_row, identity_answer, interleaved
 
 FORMATS = ("cr80", "a7", "4x3in", "a6", "a5", "webcam", "board")
-FRAMES, FPS, PER_BADGE = 240, 30, 2
+SEED, FRAMES, FPS, PER_BADGE = 1, 240, 30, 2
 LINES = ["--line", "Reporter · Example News", "--line", "Accredited until 31 Dec 2026"]
 #: What badges wear, in turns; LOGO and PORTRAIT are replaced by files.
 WEAR: tuple[tuple[str, ...], ...] = (
@@ -65,21 +60,23 @@ class Task:
     number: int
     badge: int
     place: float
-    base_seed: int
-    clips: int
     forge: str | None = None
-    keep: str | None = None
 
     @property
     def seed(self) -> list[int]:
         """What every draw of the film follows from."""
         kind = KINDS.index(self.forge) + 1 if self.forge else 0
-        return [self.base_seed, FORMATS.index(self.format), self.number, kind]
+        return [SEED, FORMATS.index(self.format), self.number, kind]
+
+    @property
+    def name(self) -> str:
+        """Of the film."""
+        return "_".join(str(word) for word in (self.format, self.number, self.forge) if word is not None)
 
 
 def issued(task: Task, folder: Path) -> str:
     """Make the task's badge by the command, in `folder`; say what it wears.  A wish without room is made plain."""
-    rng = np.random.default_rng([task.base_seed, FORMATS.index(task.format), 1000 + task.badge])
+    rng = np.random.default_rng([SEED, FORMATS.index(task.format), 1000 + task.badge])
     wish = WEAR[task.badge % len(WEAR)]
     payload = rng.bytes(8).hex()
     words = [str(_picture(word, folder)) if word in ("LOGO", "PORTRAIT") else word for word in wish]
@@ -129,104 +126,54 @@ def made(task: Task, folder: Path) -> dict[str, Any]:
     walk = course(motion, 1000 * distance_m, FRAMES / FPS, rng)
     page = load_page(folder / "badge")
     shoot = Shoot(FRAMES, FPS, crf, int(rng.integers(1 << 30)), task.forge)
-    places = film(page, built(page, rng), camera, walk, folder / "film.mp4", shoot)
-    tangents = -places[:, 0] / places[:, 2]
+    film(page, built(page, rng), camera, walk, folder / "film.mp4", shoot)
     facts = {
         "wear": wear,
         "distance_m": round(distance_m, 3),
         "motion": motion,
         "crf": crf,
-        "tan_u": (float(tangents.min()), float(tangents.max())),
     }
     note.write_text(json.dumps(facts), encoding="utf-8")
     return facts
 
 
-def judged(task: Task) -> Row:
+def judged(task: Task, folder: Path) -> Row:
     """Make one film and judge it."""
-    with tempfile.TemporaryDirectory() as scratch:
-        folder = Path(task.keep or scratch) / _name(task)
-        facts = made(task, folder)
-        badge = load_badge(folder / "badge" / "badge.json")
-        report = verify(folder / "film.mp4", Question(badge, badge.id))
-        found = report.to_json()
-        if task.keep:
-            (folder / "report.json").write_text(json.dumps(found, indent=1), encoding="utf-8")
-    return {
-        "format": task.format,
-        "number": task.number,
-        "forge": task.forge,
-        "verdict": report.verdict,
-        "read": report.identity.decoded_id == badge.id,
-        "wrong": report.identity.decoded_id not in (None, badge.id),
-        "gain": found["invariant"].get("gain_ratio"),
-        "reasons": [_reason_text(reason) for reason in found["reasons"] if reason["level"] != "pass"],
-        "tracked": found["frames"]["tracked"],
-        **facts,
-    }
+    home = folder / task.name
+    facts = made(task, home)
+    badge = load_badge(home / "badge" / "badge.json")
+    report = verify(home / "film.mp4", Question(badge, badge.id))
+    (home / "report.json").write_text(json.dumps(report.to_json(), indent=1), encoding="utf-8")
+    row = film_row(task.forge or task.format, report, true=task.forge is None, **facts)
+    if task.forge is None:
+        row["answers"]["identity"] = identity_answer(report, badge)
+    return row
 
 
-def _name(task: Task) -> str:
-    return "_".join(str(word) for word in (task.format, task.number, task.forge) if word is not None)
-
-
-def _reason_text(reason: dict[str, Any]) -> str:
-    """A reason as code, what was measured and the limit."""
-    return f"{reason['code']}[{reason['level']}] {reason.get('measured')} / {reason.get('limit')}"
-
-
-def tasks(arguments: argparse.Namespace, seed: int, clips: int, keep: Path | None) -> list[Task]:
-    """All films that are asked for; a film's place in the range does not depend on which others are made."""
-    found = []
-    for name in arguments.formats:
-        rng = np.random.default_rng([seed, FORMATS.index(name), 999])
+def cases(asked: Asked) -> dict[str, Task]:
+    """All films; the place of a film in its badge's range does not depend on which others are made."""
+    true, forged = dict[str, Task](), dict[str, Task]()
+    clips = asked.clips or 20
+    # A lie of each kind, about badges that wear different things, over the range.
+    places = (np.random.default_rng([SEED, 31]).permutation(len(KINDS)) + 0.5) / len(KINDS)
+    for name in FORMATS:
+        rng = np.random.default_rng([SEED, FORMATS.index(name), 999])
         order = rng.permutation(clips)
         spread = (order + rng.random(clips)) / clips
-        common = {"base_seed": seed, "clips": clips, "keep": str(keep) if keep else None}
-        if arguments.forgeries:
-            # A lie of each kind, about badges that wear different things, over the range.
-            places = (np.random.default_rng([seed, 31]).permutation(len(KINDS)) + 0.5) / len(KINDS)
-            found += [Task(name, k, k, float(places[k]), forge=kind, **common) for k, kind in enumerate(KINDS)]
-        else:
-            found += [Task(name, k, k // PER_BADGE, float(spread[k]), **common) for k in range(clips)]
-    # All formats, and all kinds, go on together, so that a run that is stopped has films of each.
-    steps = len(KINDS) if arguments.forgeries else clips
-    turn = 2 if arguments.forgeries else 0
-    return sorted(found, key=lambda task: (task.number - turn * FORMATS.index(task.format)) % steps)
+        films = [Task(name, k, k // PER_BADGE, float(spread[k])) for k in range(clips)]
+        lies = [Task(name, k, k, float(places[k]), forge=kind) for k, kind in enumerate(KINDS)]
+        true |= {task.name: task for task in films}
+        # Formats begin with different kinds, so that a run that is stopped has films of each.
+        turn = 2 * FORMATS.index(name)
+        forged |= {task.name: task for task in lies[turn:] + lies[:turn]}
+    by_number = sorted(true, key=lambda name: true[name].number)
+    turns = [list(forged)[k :: len(KINDS)] for k in range(len(KINDS))]
+    return interleaved({name: true[name] for name in by_number}, {name: forged[name] for one in turns for name in one})
 
 
-def rows(wish: Wish) -> Iterator[Row]:
-    """One row a film."""
-    wanted = {_name(task): task for task in tasks(wish.own, wish.seed or 1, wish.clips or 50, wish.folder)}
-    return wish.each(judged, wanted)
-
-
-def table(films: list[Row]) -> Iterator[Row]:
-    """One row a format, and one a kind of forgery; then each film that was not judged as it ought to be."""
-    kinds = grouped(films, "format") | grouped([row for row in films if row["forge"]], "forge")
-    for name, own in kinds.items():
-        verdicts, gains = [row["verdict"] for row in own], [row["gain"] for row in own if row["gain"] is not None]
-        yield {
-            "films of": name,
-            "films": len(own),
-            "read": sum(row["read"] for row in own),
-            "wrong": sum(row["wrong"] for row in own),
-            **{verdict: verdicts.count(verdict) for verdict in ("accept", "inconclusive", "reject")},
-            "worst gain": max(gains, key=lambda gain: abs(gain - 1), default=None),
-        }
-    for row in sorted(films, key=lambda row: (row["format"], row["number"])):
-        good = row["verdict"] == "reject" if row["forge"] else row["verdict"] == "accept" and row["read"]
-        if not good:
-            words = (row[key] for key in ("format", "number", "forge"))
-            yield {"film": "_".join(str(word) for word in words if word is not None)} | row
-
-
-OPTIONS: dict[str, dict[str, Any]] = {
-    "--formats": {"type": lambda text: text.split(","), "default": list(FORMATS), "metavar": "F,…"},
-    "--forgeries": {"action": "store_true", "help": "thirteen lies about each format instead"},
+QUESTIONS = {
+    "genuine": "Is a true film accepted? Seven formats over their ranges",
+    "identity": "Is the identity of 64 bits read whole?",
+    "forged": "Is a forged film rejected? 13 kinds about seven formats",
 }
-COLUMNS = {"films of": "<12", "films": ">5", "read": ">5", "wrong": ">5", "film": "<22", "accept": ">8"}
-COLUMNS |= {"inconclusive": ">13", "reject": ">8", "worst gain": ">11.3f"}
-COLUMNS |= {"m": "distance_m >6.3f", "motion": "<10", "crf": ">3", "gain": ">7.3f", "tracked": ">7", "verdict": "<12"}
-COLUMNS |= {"wear": "<40", "reasons": "<1"}
-BENCH = Bench(rows, COLUMNS, options=OPTIONS, table=table)
+PART = Part(QUESTIONS, OUTSIDE, cases, judged, 6, ("moireid.designer", "moireid.fabrication.page"))

@@ -1,14 +1,14 @@
-"""Claims and look-ups among many: `moireid lab bench registry [--only claim|identify]`.
+"""Claims and look-ups among many: `moireid lab bench registry`.
 
-Registries of ten and of 100,000 (`--full`: a million) are built the normal way, unless they lie in `--keep`; a million
-take ten minutes of processor time and 5 GB.  Badges are made by putting other ids, names and spacings into a designed
+Registries of ten and of 100,000 (`--clips N`: of N) are built the normal way, unless `--keep` has them; a million take
+ten minutes and 5 GB.  Badges are made by putting other ids, names and spacings into a designed
 one, because designing takes longer than all else.
 
 claim: what publishing a bundle of all people takes, its size, and the seconds from nothing to a claimed badge, in a new
 process each, by the registry (as `verify --registry` does, its state and look-alikes included) and by the bundle (as
 `verify --bundle`).  Imports are in it, as they are in what a user waits for.
 identify: in turn, cold processes identify a film of 4 s, 1080p at 30 frames a second, of an enrolled badge, and of one
-that is not enrolled: CPU seconds, peak of memory, and their ratios to ten people.
+that is not enrolled: is it the right one, and no one; CPU seconds over those among ten people, and peak of memory.
 """
 
 from __future__ import annotations
@@ -31,12 +31,14 @@ from moireid.simulate.cameras import camera_named
 from moireid.simulate.filming import film
 from moireid.simulate.motion import motion_named
 from moireid.simulate.scene import Build, Scene
-from moireid_lab.bench.bench_frame import Bench, Row, Wish
+from moireid_lab.bench.part import OWN, RIGHT, WRONG, Asked, Part, Row
 
 SEED, FRAMES, FPS = 3, 120, 30.0
 BADGE = design_badge(Order("Ada Lovelace", lens="50lpi"), payload_from_hex("7097c67b0fafc59b"))
 OTHER = design_badge(Order("Grace Hopper", lens="50lpi"), payload_from_hex("0123456789abcdef"))
-FEW, QUICK, MANY, FULL = 10, 1_000, 100_000, 1_000_000
+FEW, MANY, RUNS = 10, 100_000, 3
+#: Exit codes of `identify`: someone found, no one.  What a claim may take, s.
+FOUND, NO_ONE, CLAIM_S = 0, 1, 5.0
 #: What a new process does from its first import to the badge of a claim.
 ONLINE = """
 from moireid.registry import claimed, open_registry
@@ -98,74 +100,66 @@ def filmed(badge: Badge, folder: Path) -> Path:
     return path
 
 
-def asked(program: str, *words: str) -> str:
+def asked_of(program: str, *words: str) -> str:
     """What a new process prints."""
     return subprocess.run([sys.executable, "-c", program, *words], check=True, capture_output=True, text=True).stdout
 
 
-def claim_rows(folder: Path, count: int, runs: int) -> Iterator[Row]:
+def claims(folder: Path, count: int) -> Row:
     """Publish a bundle, and look a claim up by both."""
     url, path = built(folder, count), folder / f"people_{count}.bundle"
     begun = time.perf_counter()
     with open_registry(url, create=False) as registry:
         registry.publish(path, specimen_of, days=7, overwrite=True)
-    published_s = time.perf_counter() - begun
-    sizes_mb = [one.stat().st_size / 1e6 for one in (path, folder / f"people_{count}.sqlite3")]
-    yield {"people": count, "publishing s": published_s, "bundle MB": sizes_mb[0], "registry MB": sizes_mb[1]}
-    ways = {"registry": (ONLINE, url), "bundle": (OFFLINE, str(path))}
-    took: dict[str, list[float]] = {way: [] for way in ways}
+    row: Row = {"kind": f"{count:,} people", "publishing s": time.perf_counter() - begun}
+    row |= {
+        "bundle MB": path.stat().st_size / 1e6,
+        "registry MB": (folder / f"people_{count}.sqlite3").stat().st_size / 1e6,
+    }
+    took = []
     # In turn, so that what else the machine does falls on both.
-    for _ in range(runs):
-        for way, (look, source) in ways.items():
-            took[way].append(float(asked(CLAIM.format(look=look), source, f"Person {count - 1}")))
-    for way, seconds in took.items():
-        spread = {"least": min(seconds), "most": max(seconds)}
-        yield {"to a claimed badge": way, "median s": statistics.median(seconds)} | spread
+    for _ in range(RUNS):
+        for look, source in ((ONLINE, url), (OFFLINE, str(path))):
+            took.append(float(asked_of(CLAIM.format(look=look), source, f"Person {count - 1}")))
+    row |= {"by registry s": statistics.median(took[::2]), "by bundle s": statistics.median(took[1::2])}
+    late = sum(seconds > CLAIM_S for seconds in took)
+    return row | {"answers": {"claim": (len(took) - late, 0, late)}}
 
 
-def identify_rows(folder: Path, counts: tuple[int, int], runs: int) -> Iterator[Row]:
+def identified(folder: Path, count: int) -> Row:
     """Cold processes among few and among many."""
-    urls, program = {count: built(folder, count) for count in counts}, str(Path(sys.executable).with_name("moireid"))
-    for what, path in (("enrolled", filmed(BADGE, folder)), ("not enrolled", filmed(OTHER, folder))):
-        found: dict[int, list[list[str]]] = {count: [] for count in counts}
-        for _ in range(runs):
-            for count, url in urls.items():
-                found[count].append(asked(COLD, program, "identify", str(path), "--registry", url, "--json").split())
-        least = {count: min(float(cpu) for _, cpu, _ in own) for count, own in found.items()}
-        for count, own in found.items():
-            yield {
-                "identify among": count,
-                "badge": what,
-                "exit": int(own[0][0]),
-                "CPU s": least[count],
-                "MB": statistics.median(int(kilobytes) / 1e3 for _, _, kilobytes in own),
-                "CPU ratio": least[count] / least[counts[0]],
-            }
+    program = str(Path(sys.executable).with_name("moireid"))
+    row: Row = {"kind": f"{count:,} people"}
+    counts = [0, 0, 0]
+    for what, badge, exit_code in (("enrolled", BADGE, FOUND), ("not enrolled", OTHER, NO_ONE)):
+        path, least = filmed(badge, folder), dict[int, float]()
+        for people in (FEW, count):
+            words = (program, "identify", str(path), "--registry", built(folder, people), "--json")
+            runs = [[float(word) for word in asked_of(COLD, *words).split()] for _ in range(RUNS)]
+            least[people] = min(cpu_s for _, cpu_s, _ in runs)
+            row[f"{what}: MB among {people:,}"] = statistics.median(kilobytes / 1e3 for *_, kilobytes in runs)
+            for exit_found, *_ in runs:
+                answer = RIGHT if exit_found == exit_code else WRONG
+                counts = [total + one for total, one in zip(counts, answer, strict=True)]
+        row[f"{what}: CPU over that among {FEW}"] = least[count] / least[FEW]
+    return row | {"answers": {"identify": counts}}
 
 
-def rows(wish: Wish) -> Iterator[Row]:
-    """The rows of the parts that are wanted."""
-    many = FULL if wish.own.full else QUICK if wish.quick else MANY
-    with wish.kept_folder() as folder:
-        os.environ |= {"MOIREID_KEYS": f"{folder}/keys", "MOIREID_SEEN": f"{folder}/seen.sqlite3"}
-        parts = {
-            "claim": lambda: claim_rows(folder, many, wish.clips or 9),
-            "identify": lambda: identify_rows(folder, (FEW, many), wish.clips or 3),
-        }
-        for name in wish.chosen(parts):
-            yield from parts[name]()
+def judged(count: int, folder: Path) -> Row:
+    """Both, as both are of one registry."""
+    os.environ |= {"MOIREID_KEYS": f"{folder}/keys", "MOIREID_SEEN": f"{folder}/seen.sqlite3"}
+    claim, identify = claims(folder, count), identified(folder, count)
+    return claim | identify | {"answers": claim["answers"] | identify["answers"]}
 
 
-COLUMNS = {"people": ">9,", "publishing s": ">12.0f", "bundle MB": ">9.1f", "registry MB": ">11.1f"}
-COLUMNS |= {"to a claimed badge": "<18", "median s": ">8.3f", "least": ">8.3f", "most": ">8.3f"}
-COLUMNS |= {
-    "identify among": ">14,",
-    "badge": "<12",
-    "exit": ">4",
-    "CPU s": ">7.2f",
-    "MB": ">7.0f",
-    "CPU ratio": ">9.2f",
+def cases(asked: Asked) -> dict[str, int]:
+    """One registry."""
+    return {"claim and identify": asked.clips or MANY}
+
+
+QUESTIONS = {
+    "claim": "Is a claimed badge found within 5 s from a cold start, among 100,000 people, by registry and by bundle?",
+    "identify": "Is the right one found among 100,000 people, and no one where the badge is not enrolled?",
 }
-BENCH = Bench(
-    rows, COLUMNS, options={"--full": {"action": "store_true", "help": f"{FULL:,} people in place of {MANY:,}"}}
-)
+SOURCES = ("moireid.cli.main", "moireid.registry.bundle.held")
+PART = Part(QUESTIONS, OWN, cases, judged, sources=SOURCES)

@@ -10,17 +10,13 @@ re-badged: the true film of another person's badge of the same layout; its middl
     figures: corrected so that the figures are those of the victim's enrolment (two true films).
 true: films of the badge itself on the same trajectories, and on measured motion (natural) in four formats.
 
-Printed is what becomes of the films of each kind, which findings decide, and, of films that are judged with the figures
-of enrolment, how often these agree.  `--keep DIR` keeps the clips.  Cases are filmed
-in turn, so that a run that is stopped has some of each.
+`--keep DIR` keeps the clips.
 """
 
 from __future__ import annotations
 
 import contextlib
 import tempfile
-from collections import Counter
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
@@ -35,14 +31,14 @@ from moireid.asbuilt import AsBuilt, as_built_from_json
 from moireid.badge import Badge
 from moireid.designer import Order, design_badge
 from moireid.errors import MediaError
+from moireid.files import whole_file, write_text
 from moireid.simulate.filming import Show, film
 from moireid.simulate.forgeries.rear_layer import ShownViews
 from moireid.simulate.motion import Motion
 from moireid.simulate.scene import Build, Camera, Scene
 from moireid.verifier import Question, verify
 from moireid.verifier.session.capture import capture_as_built
-from moireid_lab.bench.bench_frame import Bench, Row, Wish, counted_verdicts, grouped
-from moireid_lab.bench.verdicts import why_not
+from moireid_lab.bench.part import INCONCLUSIVE, OWN, RIGHT, WRONG, Asked, Part, Row, film_row, interleaved
 
 Kind = Literal["clip", "slid", "re-badged", "true"]
 Way = Literal["level", "deep", "own way", "natural"]
@@ -106,18 +102,17 @@ def all_cases() -> list[Case]:
 def clip_cases(axes: str, by_field: bool) -> list[Case]:
     """Clips, of badges that are taken whole or field by field."""
     usual = {"axes": axes, "by_field": by_field, "seconds": 2, "stretched": True}
-    found = [Case("clip", films=20 if axes == "xy" else 3, **usual)]
-    found += [Case("clip", films=3, **usual | {"seconds": seconds}) for seconds in (1, 4, 8)]
-    found += [Case("clip", films=3, way="deep", **usual | {"stretched": stretched}) for stretched in (False, True)]
+    found = [Case("clip", films=2, **usual)]
+    found += [Case("clip", films=2, **usual | {"seconds": seconds}) for seconds in (1, 4, 8)]
+    found += [Case("clip", films=2, way="deep", **usual | {"stretched": stretched}) for stretched in (False, True)]
     found += [Case("clip", films=1, format="a6", **usual)]
     if by_field or axes == "x":
-        found += [Case("clip", films=3, faded=True, **usual), Case("clip", films=3, figures=True, **usual)]
+        found += [Case("clip", films=2, faded=True, **usual), Case("clip", films=2, figures=True, **usual)]
     return found
 
 
 #: Format, distance in m and number of true films: at 1 m and 2 m, or at the middle and the far end of a smaller range.
-TRUE = (("board", 1.0, 8), ("board", 2.0, 5), ("a6", 1.0, 4), ("a6", 0.7, 2), ("a5", 1.0, 2), ("a5", 1.5, 2))
-TRUE += (("4x3in", 0.5, 2), ("4x3in", 0.75, 2))
+TRUE = (("board", 1.0, 4), ("board", 2.0, 4), ("a6", 0.7, 2), ("a5", 1.0, 2), ("4x3in", 0.5, 2))
 
 
 def badge_of(case: Case, number: int) -> Badge:
@@ -137,7 +132,8 @@ def public_clip(case: Case, number: int, folder: Path) -> Clip:
     if not path.exists():
         seconds = FRAMES // FPS if number > DONOR else LONG_S if number <= LONG else SHORT_S
         made = filmed_clip(scene_of(case, number), hand(case, number), seconds * FPS, number)
-        np.savez(path, pictures=made.pictures, views=made.views)
+        with whole_file(path) as temporary, temporary.open("wb") as stream:
+            np.savez(stream, pictures=made.pictures, views=made.views)
     with np.load(path) as kept:
         return Clip(kept["pictures"], kept["views"])
 
@@ -151,11 +147,12 @@ def enrolled(case: Case, number: int, folder: Path) -> AsBuilt:
     """The figures of the victim's enrolment, by two true films; kept in the folder."""
     path = folder / f"figures_{case.axes}_{case.format}_{case.metres:g}_{number}.json"
     if not path.exists():
-        films = [folder / f"capture_{case.axes}_{case.format}_{number}_{k}.mp4" for k in (1, 2)]
-        for k, video in enumerate(films):
-            motion = lively(1000 * case.metres, number + 1000 * (k + 1))
-            shot(scene_of(case, number), motion, video, number + k, frames=240)
-        path.write_text(capture_as_built(films, badge_of(case, number)).to_json(), encoding="utf-8")
+        with tempfile.TemporaryDirectory() as own:
+            films = [Path(own) / f"{k}.mp4" for k in (1, 2)]
+            for k, video in enumerate(films):
+                motion = lively(1000 * case.metres, number + 1000 * (k + 1))
+                shot(scene_of(case, number), motion, video, number + k, frames=240)
+            write_text(path, capture_as_built(films, badge_of(case, number)).to_json())
     return as_built_from_json(path.read_text(encoding="utf-8"))
 
 
@@ -191,7 +188,7 @@ def made_of_donor(case: Case, number: int, folder: Path) -> tuple[Motion, Show]:
     motion = hand(case, donor)
     if case.figures:
         # The forger measures his first try by our own program, and corrects what is off.
-        video, wanted = folder / f"try_{number}.mp4", enrolled(case, number, folder)
+        video, wanted = folder / f"try_{case.axes}_{number}.mp4", enrolled(case, number, folder)
         shot(scene, motion, video, number, found.shown)
         # A first try that is no usable capture leaves him nothing to correct by.
         with contextlib.suppress(MediaError):
@@ -214,10 +211,9 @@ def made(case: Case, number: int, folder: Path) -> tuple[Motion, Show | None]:
     return motion, slid if case.kind == "slid" else None
 
 
-def judged(job: tuple[Case, int, Path]) -> Row:
+def judged(job: tuple[Case, int], folder: Path) -> Row:
     """One film, made and judged."""
-    case, number, folder = job
-    folder.mkdir(parents=True, exist_ok=True)
+    case, number = job
     scene = scene_of(case, number)
     claim = Question(scene.badge, scene.badge.id)
     motion, show = made(case, number, folder)
@@ -227,46 +223,22 @@ def judged(job: tuple[Case, int, Path]) -> Row:
         if case.figures:
             claim = replace(claim, as_built=enrolled(case, number, folder))
         report = verify(video, claim)
-    table = {one.name: one.log10_odds for one in report.invariant.explanations}
-    return {
-        "case": case.name,
-        "number": number,
-        "verdict": report.verdict,
-        "why": why_not(report),
-        "built": report.identity.built,
-        "identity": report.identity.verdict,
-        "gain": report.invariant.gain_ratio,
-        "focal_px": report.measurement.camera.focal_px if report.measurement else None,
-        "odds": table,
-        "measured": {one.code: one.measured for one in report.reasons if isinstance(one.measured, float)},
-    }
+    row = film_row(case.name, report, true=case.kind == "true")
+    if case.figures:
+        row["answers"]["figures"] = {"agrees": WRONG, "differs": RIGHT}.get(report.identity.built, INCONCLUSIVE)
+    return row
 
 
-def rows(wish: Wish) -> Iterator[Row]:
-    """One row a film."""
-    cases = {case.name: case for case in all_cases()}
-    names = wish.chosen(cases)
-    most = {name: wish.clips or (1 if wish.quick else cases[name].films) for name in names}
-    with wish.kept_folder() as folder:
-        jobs = {
-            f"{name}|{number}": (cases[name], number, folder)
-            for number in range(1, 1 + max(most.values()))
-            for name in names
-            if number <= most[name]
-        }
-        yield from replace(wish, only=None).each(judged, jobs)
+def cases(asked: Asked) -> dict[str, tuple[Case, int]]:
+    """All films, mixed by kind."""
+    every = {case.name: range(1, 1 + (asked.clips or case.films)) for case in all_cases()}
+    by_name = {case.name: case for case in all_cases()}
+    return interleaved(*({f"{name}|{k}": (by_name[name], k) for k in numbers} for name, numbers in every.items()))
 
 
-def table(found: list[Row]) -> Iterator[Row]:
-    """What became of the films of each kind."""
-    for name, own in grouped(found, "case").items():
-        built = Counter(row["built"] for row in own)
-        counted = counted_verdicts(own, 4)
-        yield (
-            {"film": name, "films": len(own)} | counted | {"figures agree": built["agrees"], "differ": built["differs"]}
-        )
-
-
-COLUMNS: dict[str, str] = {"film": "<62", "films": ">5", "accept": ">6", "inconclusive": ">12", "reject": ">6"}
-COLUMNS |= {"figures agree": ">13", "differ": ">6", "reasons": "<1"}
-BENCH = Bench(rows, COLUMNS, table=table)
+QUESTIONS = {
+    "forged": "Is a film rejected that is made from true films of the badge, or of another?",
+    "figures": "Do the figures of enrolment differ from those of such a film?",
+    "genuine": "Is a true film on the same trajectories, or on measured motion, accepted?",
+}
+PART = Part(QUESTIONS, OWN, cases, judged, 2)

@@ -2,8 +2,8 @@
 `moireid lab bench turned`.
 
 Each picture is true in itself, the page hardly moves in the picture, and a few values correlate with anything that
-takes as many; where they are held for long, one cross-faded frame at each turn shows a view between.  Printed is what
-becomes of each film, of which none should be accepted.
+takes as many; where they are held for long, one cross-faded frame at each turn shows a view between.  None
+should be accepted.
 """
 
 from __future__ import annotations
@@ -25,9 +25,8 @@ from moireid.simulate.motion import Poses
 from moireid.simulate.recording.encode import TO_VIDEO
 from moireid.simulate.scene import Build, Scene
 from moireid.verifier import Question, verify
-from moireid_lab.bench.bench_frame import Bench, Row, Wish
 from moireid_lab.bench.forgers.forgers_suite import CAMERA, badge_of
-from moireid_lab.bench.verdicts import why_not
+from moireid_lab.bench.part import OWN, Asked, Part, Row, film_row, numbered
 
 Array = NDArray[np.float64]
 DISTANCE_MM, CLOCK = 1000.0, 90_000
@@ -137,21 +136,21 @@ def shown(pictures: list[NDArray[np.uint8]], show: Show, seed: int, path: Path) 
         made.mux(stream.encode())
 
 
-def judged(job: tuple[str, int]) -> Row:
+def judged(job: tuple[str, int], folder: Path) -> Row:
     """The verdict of one film."""
     name, seed = job
     badge, show = badge_of("x"), SHOWS[name]
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "film.mp4"
-        shown(taken(badge, len(set(show.order)), show.turn_deg, seed, Path(folder)), show, seed, path)
+    with tempfile.TemporaryDirectory(dir=folder) as own:
+        path = Path(own) / "film.mp4"
+        shown(taken(badge, len(set(show.order)), show.turn_deg, seed, Path(own)), show, seed, path)
         report = verify(path, Question(badge, badge.id))
-    return {"film": name, "seed": seed, "verdict": report.verdict, "why": why_not(report)}
+    return film_row(name, report, true=False)
 
 
-def rows(wish: Wish) -> Iterator[Row]:
-    """One row a film."""
-    seeds = range(1, 1 + (wish.clips or 1))
-    return wish.each(judged, {f"{name} seed {seed}": (name, seed) for name in SHOWS for seed in seeds})
+def cases(asked: Asked) -> dict[str, tuple[str, int]]:
+    """All films."""
+    return numbered(list(SHOWS), asked.clips or 1, 1)
 
 
-BENCH = Bench(rows, {"film": "<42", "seed": ">4", "verdict": "<12", "why": "<1"})
+QUESTIONS = {"forged": "Is a show of two to six true photographs of a badge rejected, turned on the spot?"}
+PART = Part(QUESTIONS, OWN, cases, judged)

@@ -81,9 +81,11 @@ def _is_command(typed: str) -> bool:
         if found is None:
             return False
         command, rest = found, rest[1:]
-    if command.context_settings.get("ignore_unknown_options"):
-        # Those of one bench are its own.
-        return True
+    named = [
+        one.type for one in command.params if isinstance(one, click.Argument) and isinstance(one.type, click.Choice)
+    ]
+    if named and rest and not rest[0].startswith("-") and rest[0] not in (*named[0].choices, "SUITE", "…"):
+        return False
     options = {name for parameter in command.params for name in (*parameter.opts, *parameter.secondary_opts)}
     options |= {"--help", "--version"}
     return all(word.split("=")[0] in options for word in rest if word.startswith("--"))
@@ -104,18 +106,24 @@ def test_every_link_leads_to_a_file() -> None:
     assert gone == []
 
 
-def test_every_option_and_test_that_is_named_is_there() -> None:
-    """Catches: in running text, an option that no program takes any more, or a test that was renamed."""
+def test_every_option_test_and_code_that_is_named_is_there() -> None:
+    """Catches: in running text, an option that no program takes any more, a test that was renamed, a code that no film
+    gets any more."""
     files = [ROOT / name for name in tracked_files() if name.endswith((".py", "run"))]
     source = "".join(file.read_text(encoding="utf-8") for file in files)
     # One of them is pip's.
     options, tests = {"--no-deps", *re.findall(r"--[a-z][\w-]+", source)}, set(re.findall(r"def (test_\w+)", source))
+    # One of them is a shell's.
+    words = {"zsh_source", *re.findall(r"\w+", source)}
     gone = []
     for page in PAGES + READ_THERE:
-        spans = " ".join(re.findall(r"`([^`\n]+)`", page.read_text(encoding="utf-8")))
+        every = re.findall(r"`([^`\n]+)`", page.read_text(encoding="utf-8"))
+        spans = " ".join(every)
         gone += [f"{page.name}: {one}" for one in re.findall(r"(?<![\w-])--[a-z][\w-]+", spans) if one not in options]
         named = re.findall(r"\btest_\w+\b(?!\.py|/)", spans)
         gone += [f"{page.name}: {one}" for one in named if one not in tests]
+        alone = (one for one in every if re.fullmatch(r"[a-z]+(_[a-z]+)*", one))
+        gone += [f"{page.name}: {one}" for one in alone if one not in words]
     assert gone == []
 
 

@@ -53,12 +53,14 @@ def run_tasks(
     scheduler: str | None = None,
     workers: int | None = None,
     limits: Limits | None = None,
+    stop: Callable[[], bool] = lambda: False,
 ) -> Generator[tuple[int, Done], None, None]:
     """Yield (index of the task, its results) as tasks end; a job without a result gives `LostJob`.
 
     Parameters: work: a function at the top of a module, since other processes import it by name, as they do the modules
         of jobs and results. scheduler: address of a Dask scheduler, such as tls://HOST:PORT; None or "local": this
-        machine.  workers: number on this machine; None: one for each processor.
+        machine.  workers: number on this machine; None: one for each processor.  stop: whether no further task is
+        begun; those that are running end.
 
         Closing the generator ends the run and its processes.
         Raises: SpecError if no scheduler answers, or a worker has another moireid; MoireIdError if the scheduler went
@@ -74,18 +76,20 @@ def run_tasks(
     if not orders:
         return
     if scheduler in (None, LOCAL):
-        yield from _on_this_machine(orders, min(workers or os.cpu_count() or 1, len(orders)), run)
+        yield from _on_this_machine(orders, min(workers or os.cpu_count() or 1, len(orders)), run, stop)
         return
     with _connected(str(scheduler)) as client:
-        yield from _on_cluster(client, orders, run)
+        yield from _on_cluster(client, orders, run, stop)
 
 
-def _on_this_machine(orders: Sequence[Order], count: int, run: str) -> Generator[tuple[int, Done], None, None]:
+def _on_this_machine(
+    orders: Sequence[Order], count: int, run: str, stop: Callable[[], bool]
+) -> Generator[tuple[int, Done], None, None]:
     """As `run_tasks`, by so many threads."""
     todo, running = deque(range(len(orders))), dict[Future[Done], int]()
     with ThreadPoolExecutor(count) as pool:
         try:
-            while todo or running:
+            while (todo := deque() if stop() else todo) or running:
                 while todo and len(running) < count:
                     place = todo.popleft()
                     running[pool.submit(do, orders[place])] = place
@@ -98,14 +102,16 @@ def _on_this_machine(orders: Sequence[Order], count: int, run: str) -> Generator
             stop_children(run)
 
 
-def _on_cluster(client: Any, orders: Sequence[Order], run: str) -> Generator[tuple[int, Done], None, None]:
+def _on_cluster(
+    client: Any, orders: Sequence[Order], run: str, stop: Callable[[], bool]
+) -> Generator[tuple[int, Done], None, None]:
     """As `run_tasks`, with a client of the cluster."""
     from distributed import as_completed
 
     todo, ended = deque(range(len(orders))), as_completed(raise_errors=False, loop=client.loop)
     places: dict[Any, int] = {}
     try:
-        while todo or places:
+        while (todo := deque() if stop() else todo) or places:
             waiting = max(WAITING, WAITING_A_THREAD * _threads(client)) if todo else 0
             while todo and len(places) < waiting:
                 future = client.submit(do, orders[todo[0]], key=f"moireid-{run}-{todo[0]}")

@@ -1,32 +1,31 @@
 """The frame of every bench: what is asked, which cases, a row for each, a table, a plot, JSON.
 
-A bench is a function that yields rows, one for each film or case, and the format of each column by its name.  The
-benches of `moireid lab bench` are listed in `suites`.
+A bench is a function that yields rows, one for each film or case, and the format of each column by its name; of a part
+of the scoreboard it is made here (`of_part`).  The benches of `moireid lab bench` are listed in `suites`.
 """
 
 from __future__ import annotations
 
-import argparse
+import importlib
 import json
 import os
 import platform
 import tempfile
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any
 
 from moireid import __version__
-from moireid.errors import SpecError
+from moireid.errors import MoireIdError, SpecError
 from moireid.files import planned, whole_file, write_text
-from moireid.simulate.filming import film
-from moireid.simulate.motion import Motion
-from moireid.simulate.scene import Scene
 from moireid_lab.bench.bench_plots import plot_of
-from moireid_lab.bench.bench_rows import Row as Row
-from moireid_lab.bench.bench_rows import Where, chosen_names, made_rows
+from moireid_lab.bench.bench_rows import Where, chosen_names, make_rows, sources_digest
+from moireid_lab.bench.part import Asked, Part
+from moireid_lab.bench.part import Row as Row
+from moireid_lab.bench.scoreboard import OUTCOMES, counted, described, judged
+from moireid_lab.bench.suites import module_of
 from moireid_lab.evaluation.text_table import Columns, table_lines
 
 
@@ -39,8 +38,8 @@ class Wish:
     """What is asked of a bench.
 
     clips: films of each case, None for the bench's own number; only: a regular expression in the names of the cases
-    wanted; kept: a file in which rows are kept between runs; folder: where films are kept, None: nowhere; own: the
-    bench's own options.
+    wanted; kept: a file in which rows are kept between runs; folder: where films are kept, None: nowhere; data: clips
+    by others, for half-real films.
     """
 
     quick: bool = False
@@ -51,11 +50,7 @@ class Wish:
     folder: Path | None = None
     where: Where = field(default_factory=Where)
     progress: Callable[[int, int | None], None] = _quiet
-    own: argparse.Namespace = field(default_factory=argparse.Namespace)
-
-    def seeds(self, usual: int, quick: int = 1) -> range:
-        """A seed for each film of a case; usual, quick: how many where the number is not asked for."""
-        return range(self.seed, self.seed + (self.clips or (quick if self.quick else usual)))
+    data: Path | None = None
 
     def chosen(self, names: Iterable[str]) -> list[str]:
         """The names that are wanted.  Raises: SpecError where none is."""
@@ -64,42 +59,15 @@ class Wish:
     def each(self, work: Callable[[Any], Row], jobs: Mapping[str, Any]) -> Iterator[Row]:
         """A row of each job, by name, in their order, made by the engine of collections; kept ones are not made again.
 
-        work: a function at the top of a module.  Raises: SpecError where no name is wanted.
+        work: a function at the top of a module.  Raises: SpecError where no name is wanted; MoireIdError where a job
+        gave no row, once the others are kept.
         """
-        wanted = [(name, jobs[name]) for name in self.chosen(jobs)]
-        how = "quick" if self.quick else "usual"
-        named = [(f"{how} {self.seed} {name}", job) for name, job in wanted]
-        for count, row in enumerate(made_rows(work, named, kept=self.kept, where=self.where), start=1):
-            self.progress(count, len(wanted))
-            yield row
-
-    def films(self, work: Callable[[Any], Row], names: Iterable[str], frames: int, seeds: range) -> Iterator[Row]:
-        """A row for each case that is wanted and each seed; work: of a case's name, a seed, and the frames of its film.
-
-        Convention: film after film of all cases, so that an interrupted run has some of each.
-        """
-        chosen = self.chosen(names)
-        jobs = {f"{name}|{seed}": (name, seed, frames) for seed in seeds for name in chosen}
-        return replace(self, only=None).each(work, jobs)
-
-    @contextmanager
-    def kept_folder(self) -> Iterator[Path]:
-        """The folder in which films are kept, or a temporary one."""
-        if self.folder is None:
-            with tempfile.TemporaryDirectory() as name:
-                yield Path(name)
-            return
-        self.folder.mkdir(parents=True, exist_ok=True)
-        yield self.folder
-
-
-@contextmanager
-def temporary_film(scene: Scene, motion: Motion, **how: Any) -> Iterator[Path]:
-    """A film that is gone afterwards; how: as `simulate.filming.film`."""
-    with tempfile.TemporaryDirectory() as folder:
-        video = Path(folder) / "film.mp4"
-        film(scene, motion, video, **how)
-        yield video
+        start = f"{sources_digest(work.__module__)} {'quick' if self.quick else 'usual'} {self.seed}"
+        keyed = {f"{start} {name}": jobs[name] for name in self.chosen(jobs)}
+        rows, lost = make_rows(work, keyed, kept=self.kept, where=self.where, progress=self.progress)
+        if lost:
+            raise MoireIdError(f"{len(lost)} films of the bench gave no figures, first {lost[0]}; the others are kept")
+        return iter([rows[key] for key in keyed])
 
 
 def counted_verdicts(rows: Sequence[Row], reasons: int = 3) -> Row:
@@ -124,37 +92,58 @@ def table_text(bench: Bench, rows: list[Row]) -> str:
     return "\n".join([*table_lines(bench.table(rows), bench.columns), *([""] if notes else []), *notes])
 
 
-class _Options(argparse.ArgumentParser):
-    """The parser of a bench's own options."""
-
-    def error(self, message: str) -> NoReturn:
-        """Raises: SpecError."""
-        own = ", ".join(flag for action in self._actions for flag in action.option_strings) or "none"
-        raise SpecError(f"{self.prog}: {message}; options of its own: {own}")
-
-
 @dataclass(frozen=True)
 class Bench:
     """What prints one table.
 
-    rows: of a wish, one for each film or case; columns: of the table; notes: lines below it; options: of this bench
-    alone, by flag; table: the table's rows, made of those; plot: keys of the table's rows, as `bench_plots.plot_of`
-    takes them; without any, verdicts are drawn where the table counts them.
+    rows: of a wish, one for each film or case; columns: of the table; notes: lines below it; table: the table's rows,
+    made of those; plot: keys of the table's rows, as `bench_plots.plot_of` takes them; without any, outcomes are drawn
+    where the table counts them.
     """
 
     rows: Callable[[Wish], Iterable[Row]]
     columns: Columns
     notes: Callable[[list[Row]], Iterable[str]] = lambda rows: ()
-    options: Mapping[str, dict[str, Any]] = field(default_factory=dict)
     table: Callable[[list[Row]], Iterable[Row]] = lambda rows: rows
     plot: Sequence[str] = ()
 
-    def parsed(self, name: str, words: Sequence[str]) -> argparse.Namespace:
-        """The bench's own options.  Raises: SpecError where it has no such option."""
-        parser = _Options(prog=name, allow_abbrev=False, add_help=False)
-        for flag, how in self.options.items():
-            parser.add_argument(flag, **how)
-        return parser.parse_args(list(words))
+
+def bench_of(name: str) -> Bench:
+    """A bench by its name."""
+    module = importlib.import_module(module_of(name))
+    return module.BENCH if hasattr(module, "BENCH") else of_part(name, module.PART)
+
+
+def of_part(name: str, part: Part) -> Bench:
+    """The bench of a part: all its cases, or the first of them; counts by kind, then what was not right."""
+
+    def rows(wish: Wish) -> Iterator[Row]:
+        if part.needs_data and wish.data is None:
+            raise SpecError(f"{name} draws badges into clips by others; give their folder by --data DIR")
+        asked = Asked(wish.clips, wish.data)
+        cases = list(part.cases(asked))
+        with tempfile.TemporaryDirectory() as temporary:
+            folder = wish.folder or Path(temporary)
+            some = cases[: max(part.short, 3)] if wish.quick and wish.only is None else cases
+            yield from wish.each(judged, {case: (name, case, "", asked, folder) for case in some})
+
+    def table(rows: list[Row]) -> Iterator[Row]:
+        for question in part.questions:
+            answering = [row for row in rows if question in row["answers"]]
+            for kind, own in grouped(answering, "kind").items():
+                found = described(own)
+                figures = [f"{key} {low:g} to {high:g}" for key, (low, _, high) in found["figures"].items()]
+                more = {"why": found["why"], "figures": "; ".join(figures)}
+                yield {"question": question, "kind": kind} | counted(own, question) | more
+        for row in rows:
+            if any(answer[1] or answer[2] for answer in row["answers"].values()):
+                yield {"case": row["case"], "verdict": row.get("verdict"), "reasons": row.get("why", [])}
+
+    return Bench(rows, PART_COLUMNS, lambda rows: part.questions.values(), table)
+
+
+PART_COLUMNS = {"question": "<14", "kind": "<40", "films": ">6"} | {name: f">{len(name) + 2}" for name in OUTCOMES}
+PART_COLUMNS |= {"why": "<30", "figures": "<1", "case": "<64", "verdict": "<12", "reasons": "<1"}
 
 
 def outputs(folder: Path, name: str, bench: Bench) -> list[Path]:
@@ -177,6 +166,6 @@ def write(folder: Path, name: str, bench: Bench, document: dict[str, Any], *, ov
     write_text(paths[0], json.dumps(document, indent=1) + "\n")
     for path in paths[1:]:
         with whole_file(path) as temporary:
-            figure = plot_of(list(bench.table(document["rows"])), list(bench.columns), bench.plot)
+            figure = plot_of(list(bench.table(document["rows"])), bench.plot)
             figure.savefig(temporary, format="svg", metadata={"Date": None})
     return paths

@@ -5,19 +5,19 @@ from __future__ import annotations
 import hashlib
 import re
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any
 
-from moireid.errors import MoireIdError, SpecError
+from moireid.errors import SpecError
 from moireid.result_cache import keep_row, kept_rows, program_digest
 from moireid_lab.archive.engine import Task, run_tasks
 from moireid_lab.archive.isolated import Limits, LostJob
+from moireid_lab.bench.part import Row
 
-Row = dict[str, Any]
 #: Of one film; the longest of any suite takes some minutes, and renderers hold more than a verifier does.
 LIMITS = Limits(seconds=7200.0, memory_mb=8192)
 
@@ -50,33 +50,31 @@ def sources_digest(module: str) -> str:
     return program_digest() + own.hexdigest()[:16]
 
 
-def made_rows(
-    work: Callable[[Any], Row], jobs: Sequence[tuple[str, Any]], *, kept: Path | None, where: Where
-) -> Iterator[Row]:
-    """One row a job, in their order, each as soon as it and those before it are there.
+def make_rows(
+    work: Callable[[Any], Row],
+    jobs: Mapping[str, Any],
+    *,
+    kept: Path | None,
+    where: Where,
+    progress: Callable[[int, int], None],
+    stop: Callable[[], bool] = lambda: False,
+) -> tuple[dict[str, Row], list[str]]:
+    """The rows that are kept and those that are made now, by key, and why other jobs gave none.
 
-    Parameters: work: a function at the top of a module; jobs: (name, what the work is done with), where the name says
-        all that the row depends on but the program; kept: a file that rows are added to, those in it are not made again
-        by the same program.
-    Raises: MoireIdError where a job gave no row; the others of the run so far are kept.
+    Parameters: work: a function at the top of a module; jobs: what the work is done with, by a key that says all that
+        the row depends on; kept: a file that rows are added to; stop: whether no further job is begun.
     """
-    rows, program = kept_rows(kept), sources_digest(work.__module__)
-    jobs = [(f"{program} {name}", job) for name, job in jobs]
-    todo = [(key, job) for key, job in jobs if key not in rows]
-    keys = iter([key for key, _ in jobs])
-    at = next(keys, None)
-    running = run_tasks(
-        work, [Task((job,)) for _, job in todo], scheduler=where.scheduler, workers=where.workers, limits=LIMITS
-    )
+    rows, lost = kept_rows(kept), list[str]()
+    todo = [(key, job) for key, job in jobs.items() if key not in rows]
+    tasks = [Task((job,)) for _, job in todo]
+    running = run_tasks(work, tasks, scheduler=where.scheduler, workers=where.workers, limits=LIMITS, stop=stop)
     with closing(running) as ended:
-        while at is not None:
-            if at in rows:
-                yield rows[at]
-                at = next(keys, None)
-                continue
-            place, done = next(ended)
+        for count, (place, done) in enumerate(ended, start=len(jobs) - len(todo) + 1):
             key, (row,) = todo[place][0], done.outcomes
             if isinstance(row, LostJob):
-                raise MoireIdError(f"a film of the bench gave no figures: {row.why}; run again, the others are kept")
-            rows[key] = row
-            keep_row(kept, key, row)
+                lost.append(f"{key}: {row.why}")
+            else:
+                rows[key] = row
+                keep_row(kept, key, row)
+            progress(count, len(jobs))
+    return rows, lost

@@ -11,8 +11,9 @@ rejected, one that shows nothing is accepted, or another identity is read.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any, Literal
 
 import cv2
@@ -29,7 +30,7 @@ from moireid.simulate.recording.sensor import Sensor
 from moireid.simulate.scene import Build, Camera, Scene
 from moireid.simulate.shots import Edit
 from moireid.verifier import Question, Report, verify
-from moireid_lab.bench.bench_frame import Bench, Row, Wish, temporary_film
+from moireid_lab.bench.part import INCONCLUSIVE, OWN, RIGHT, WRONG, Asked, Part, Row, temporary_film
 
 Array = NDArray[np.float64]
 Luma = NDArray[np.uint8]
@@ -37,7 +38,7 @@ Outcome = Literal["right", "inconclusive", "refused", "wrong"]
 #: What physics expects: that the identity is read; a verdict; or the code of the reason why it must be inconclusive.
 Expected = Literal["read", "accept", "accept or inconclusive", "motion", "gain", "badge_absent"]
 PAYLOAD = bytes.fromhex("0f5ac3962d784be1")
-FPS, FRAMES, QUICK_FRAMES, CRF = 30.0, 150, 90, 28
+FPS, FRAMES, CRF = 30.0, 150, 28
 #: The usual camera; and a small picture, in which a thousand full searches take a minute.
 ZOOMED, NARROW = Camera(1280, 720, 1450.0), Camera(640, 360, 483.0)
 #: Phase of the fringes by parallax at the first order, rad: 2 pi g_eff / p_r of the default sheet.
@@ -180,12 +181,6 @@ def cases() -> dict[str, StabilityCase]:
     return {case.name: case for case in (*built_and_filmed(), *moved())}
 
 
-def rows(wish: Wish) -> Iterator[Row]:
-    """All cases, or those that are asked for."""
-    frames = QUICK_FRAMES if wish.quick else FRAMES
-    return wish.each(read_case, {name: (name, wish.seed, frames) for name in cases()})
-
-
 def read_case(job: tuple[str, int, int]) -> Row:
     """Film one case and read it; it is sent by its name, as motions cannot travel to another process."""
     name, seed, usual = job
@@ -203,7 +198,7 @@ def read_case(job: tuple[str, int, int]) -> Row:
         motion = motion_named(motion, distance_mm=1000 * case.distance_m, seed=seed if case.known else 4)
     frames = case.frames or usual
     how = {"frames": frames, "fps": case.fps, "seed": seed, "recipe": case.recipe, "edit": case.edit}
-    row: Row = {"name": name, "expected": case.expected, "frames": frames, "verdict": None, "tracked": 0}
+    row: Row = {"name": name, "expected": case.expected, "frames": frames, "verdict": None, "codes": []}
     try:
         with temporary_film(scene, motion, crf=CRF if case.known else None, **how) as video:
             report = verify(
@@ -211,15 +206,11 @@ def read_case(job: tuple[str, int, int]) -> Row:
             )
     except MoireIdError as error:
         right = "right" if case.expected == "badge_absent" else "inconclusive"
-        return row | {"outcome": right, "why": str(error), "symbols_corrected": None}
+        return row | {"outcome": right, "why": str(error)}
     against = [reason for level in ("fail", "undecided") for reason in report.reasons if reason.level == level]
-    return row | {
-        "outcome": outcome_of(case, report, badge, [reason.code for reason in against]),
-        "verdict": report.verdict,
-        "why": against[0].text if against else "",
-        "symbols_corrected": report.identity.symbol_errors_corrected,
-        "tracked": report.frames["tracked"],
-    }
+    codes = [reason.code for reason in against]
+    found = {"outcome": outcome_of(case, report, badge, codes), "verdict": report.verdict, "codes": codes}
+    return row | found | {"why": against[0].text if against else ""}
 
 
 def outcome_of(case: StabilityCase, report: Report, badge: Badge, codes: list[str]) -> Outcome:
@@ -259,7 +250,17 @@ def _part_of(badge: Badge, shares: tuple[float, float, float, float] | None) -> 
     return (x0 + left * (x1 - x0), y0 + top * (y1 - y0), x0 + right * (x1 - x0), y0 + bottom * (y1 - y0))
 
 
-COLUMNS = {"case": "name <38", "expected": "<22", "outcome": "<12", "verdict": "<13"}
-COLUMNS |= {"fixed": "symbols_corrected >6", "tracked": ">8", "frames": ">7"}
-COLUMNS |= {"phase, rad": "phase_rad >10.4f", "bar": "bar_rad >7.4f", "image": ">7.4f", "its bar": "bar_image >7.4f"}
-BENCH = Bench(rows, COLUMNS | {"why": "<1"}, plot=("outcome",))
+def judged(name: str, folder: Path) -> Row:
+    """One case."""
+    row = read_case((name, 0, FRAMES))
+    answer = {"right": RIGHT, "wrong": WRONG}.get(row["outcome"], INCONCLUSIVE)
+    return {"kind": row["expected"], "answers": {"edge": answer}, "verdict": row["verdict"], "why": row["codes"]}
+
+
+def named(asked: Asked) -> dict[str, str]:
+    """All cases."""
+    return {name: name for name in cases()}
+
+
+QUESTIONS = {"edge": "Is a stiff or extreme badge, build, picture or motion judged as physics expects?"}
+PART = Part(QUESTIONS, OWN, named, judged, 4)

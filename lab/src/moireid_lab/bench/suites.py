@@ -10,20 +10,26 @@ import importlib
 import os
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from moireid.errors import SpecError
 
-#: By suite: its benches, each by the name by which it also runs alone.
+if TYPE_CHECKING:
+    from moireid_lab.bench.part import Part
+
+#: By suite: its benches, each by the name by which it also runs alone.  A module has a `PART` of the scoreboard, or a
+#: `BENCH` that prints figures alone.
 SUITES: dict[str, dict[str, str]] = {
     "films": {
+        "outside": "outside_films",
         "natural": "natural_films",
         "reality": "moireid_lab.bench.reality",
         "stability": "moireid_lab.bench.stability",
-        "outside": "outside_films",
         "builds": "builds",
         "lenses": "any_lens",
         "half-real": "half_real",
         "small-pages": "small_pages",
+        "kept": "kept_signals",
     },
     "attacks": {
         "forgers": "moireid_lab.bench.forgers.forgers_suite",
@@ -34,21 +40,25 @@ SUITES: dict[str, dict[str, str]] = {
         "live": "live_replays",
         "live-enrolment": "live_enrolment",
     },
-    "cost": {
-        "simulate": "moireid_lab.bench.simulate.simulate_suite",
-        "verify": "verify_speed",
-    },
     "identity": {"identity": "moireid_lab.bench.identity.identity_suite"},
+    "cost": {
+        "cost": "moireid_lab.bench.cost",
+        "verify": "verify_speed",
+        "registry": "registry_scale",
+        "simulate": "moireid_lab.bench.simulate.simulate_suite",
+    },
     "pages": {
+        "ink-growth": "ink_growth",
         "fabricate": "moireid_lab.bench.fabricate.fabricate_suite",
         "mounts": "mounts",
-        "ink-growth": "ink_growth",
     },
-    "registry": {"registry": "registry_scale"},
-    "paper": {"published": "moireid_lab.bench.published", "priors": "priors"},
+    "paper": {"priors": "priors", "published": "moireid_lab.bench.published"},
 }
 #: Every bench by name.
 BENCHES = {name: module for suite in SUITES.values() for name, module in suite.items()}
+#: Those that print figures alone.
+FIGURES_ALONE = ("simulate", "mounts", "published")
+PARTS = tuple(name for name in BENCHES if name not in FIGURES_ALONE)
 SCRIPTS = Path(__file__).parents[4] / "benchmarks"
 
 
@@ -71,3 +81,8 @@ def module_of(name: str) -> str:
             os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [str(SCRIPTS), os.environ.get("PYTHONPATH")]))
     importlib.import_module(module)
     return module
+
+
+def part_of(name: str) -> Part:
+    """A part of the scoreboard.  Raises: as `module_of`."""
+    return importlib.import_module(module_of(name)).PART  # type: ignore[no-any-return]

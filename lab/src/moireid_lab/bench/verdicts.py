@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from moireid.verifier import Report
+from moireid_lab.bench.part import why_not
 
 
 def verdict_row(report: Report) -> dict[str, Any]:
@@ -18,8 +19,3 @@ def verdict_row(report: Report) -> dict[str, Any]:
         "correlation": motion.correlation,
         "excitation_rad": motion.excitation_rad,
     }
-
-
-def why_not(report: Report) -> list[str]:
-    """Codes of the findings that keep a film from being accepted."""
-    return [reason.code for reason in report.reasons if reason.level in ("fail", "undecided")]

@@ -16,20 +16,19 @@ from moireid.cli.common import (
     say,
     show_json,
 )
-from moireid_lab.bench.suites import BENCHES, SUITES, module_of, names_of
-from moireid_lab.commands.sharing import scheduler_option, workers_option
+from moireid_lab.bench.suites import BENCHES, SUITES, names_of
+from moireid_lab.commands.sharing import data_option, scheduler_option, workers_option
 
 #: Those of a suite first.
 NAMES = tuple(dict.fromkeys([*SUITES, *BENCHES]))
 
 
-@click.command("bench", context_settings={"ignore_unknown_options": True})
+@click.command("bench")
 @click.argument("suite", type=click.Choice(NAMES), metavar="SUITE")
-@click.argument("own", nargs=-1, type=click.UNPROCESSED, metavar="[OPTIONS OF ONE BENCH]")
 @click.option("--out", "folder", type=FolderPath(), help="Folder for rows, figures and plots; default: print alone.")
 @click.option("--quick", is_flag=True, help="A few films only: minutes instead of hours.")
 @click.option(
-    "--clips", "--films", type=click.IntRange(1, 10000), metavar="NUMBER", help="Films, or repetitions, of each case."
+    "--clips", "--films", type=click.IntRange(1, 10000), metavar="NUMBER", help="Films, or repetitions, of each kind."
 )
 @click.option(
     "--seed",
@@ -41,6 +40,7 @@ NAMES = tuple(dict.fromkeys([*SUITES, *BENCHES]))
 )
 @click.option("--only", metavar="REGEX", help="Only the cases whose name holds this regular expression.")
 @click.option("--keep", type=FolderPath(), help="Keep films there, and use those that are there.")
+@data_option
 @workers_option
 @scheduler_option
 @overwrite_option
@@ -48,13 +48,13 @@ NAMES = tuple(dict.fromkeys([*SUITES, *BENCHES]))
 @friendly
 def bench_command(
     suite: str,
-    own: tuple[str, ...],
     folder: Path | None,
     quick: bool,
     clips: int | None,
     seed: int,
     only: str | None,
     keep: Path | None,
+    data: Path | None,
     workers: int | None,
     scheduler: str | None,
     overwrite: bool,
@@ -63,29 +63,27 @@ def bench_command(
     """Measure a suite of figures, and print its tables.
 
     \b
-    films      true badges as people film and build them: natural, reality,
-               stability, outside, builds, lenses, half-real, small-pages
+    films      true and forged badges: outside, natural, reality, stability,
+               builds, lenses, half-real, small-pages, kept
     attacks    forgers, replayed, morphed, turned, laid-over, live,
                live-enrolment
-    cost       error against run time, and processor time: simulate, speed
     identity   identities read, originals against copies, false matches
-    pages      what is printed, read back: fabricate, mounts, ink-growth
-    registry   claims and look-ups among many people
-    paper      the published paper's tables next to ours, and the calibration
-               of the odds: published, priors
+    cost       processor time, memory and error: cost, verify, registry,
+               simulate
+    pages      what is printed, read back: ink-growth, fabricate, mounts
+    paper      the calibration of the odds, and the published paper's tables
+               next to ours: priors, published
 
     SUITE may also be one of the benches named there. With --out, each writes its rows as JSON, and a plot if it has
     one; rows are kept in NAME.jsonl as they are made, so a run that was interrupted goes on there. Films are shared
     out as in `moireid lab evaluate` (--workers, --scheduler).
     """
-    import importlib
-
     from moireid.files import planned
-    from moireid_lab.bench.bench_frame import Wish, document_of, outputs, table_text, write
+    from moireid_lab.bench.bench_frame import Wish, bench_of, document_of, outputs, table_text, write
     from moireid_lab.bench.bench_rows import Where
 
     names = names_of(suite)
-    benches = {name: importlib.import_module(module_of(name)).BENCH for name in names}
+    benches = {name: bench_of(name) for name in names}
     if folder is not None:
         planned((path for name in names for path in outputs(folder, name, benches[name])), overwrite=overwrite)
         folder.mkdir(parents=True, exist_ok=True)
@@ -93,8 +91,7 @@ def bench_command(
     for name, bench in benches.items():
         kept = folder / f"{name}.jsonl" if folder else None
         with progress_bar(name) as progress:
-            asked = bench.parsed(name, own)
-            wish = Wish(quick, seed, clips, only, kept, keep, Where(scheduler, workers), progress, asked)
+            wish = Wish(quick, seed, clips, only, kept, keep, Where(scheduler, workers), progress, data)
             rows = list(bench.rows(wish))
         documents.append(document_of(name, wish, rows))
         for path in write(folder, name, bench, documents[-1], overwrite=overwrite) if folder else ():

@@ -1,6 +1,8 @@
-"""Options that say where films are made and scored."""
+"""Options that say where films are made and scored, and of what."""
 
 from __future__ import annotations
+
+from pathlib import Path
 
 import click
 
@@ -14,4 +16,10 @@ scheduler_option = click.option(
     "--scheduler",
     metavar="ADDRESS",
     help="Dask scheduler to send the work to, tcp://HOST:PORT; default: local, on this machine.",
+)
+data_option = click.option(
+    "--data",
+    type=click.Path(path_type=Path, file_okay=False),
+    metavar="DIR",
+    help="Folder of webcam clips of a board, and of their cameras, for half-real films.",
 )

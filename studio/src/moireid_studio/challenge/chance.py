@@ -74,7 +74,7 @@ def _sums(pace: Pace) -> tuple[float, float, float]:
     return float(kept[0]), float(kept[1]), float(kept[2])
 
 
-#: Least width of a tile, px.  `moireid lab bench live --only call --widths` prints verdicts by width.
+#: Least width of a tile, px; those of `moireid lab bench live` have 960.
 LEAST_WIDTH_PX = 480
 #: A picture that repeats the last one is left out for so long after it.  A call whose picture was lost shows the one
 #: before again: taken for a badge at rest, it would make the next one look like a jump.  No longer than that of two

@@ -3,5 +3,6 @@
 cases.py          the attacks, and true films on their trajectories
 photographs.py    a table of photographs as fringes
 motions.py        sweeps, views in turns, gaps, steps
-forgers_suite.py  the forgers suite, with its table and plot
+edits.py          moved markers
+forgers_suite.py  the forgers suite
 """

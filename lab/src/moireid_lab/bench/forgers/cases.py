@@ -13,6 +13,8 @@ from moireid.simulate.filming import Show
 from moireid.simulate.forgeries.rear_layer import ShownViews
 from moireid.simulate.motion import Motion, motion_named
 from moireid.simulate.scene import Scene
+from moireid.simulate.shots import Edit
+from moireid_lab.bench.forgers.edits import ShiftedMarkers
 from moireid_lab.bench.forgers.motions import in_steps, in_turns, one_way
 from moireid_lab.bench.forgers.photographs import Photographs, still
 
@@ -48,11 +50,13 @@ class Shoot:
 
 @dataclass(frozen=True)
 class Filming:
-    """How a case is filmed: where the camera is, what is shown in place of the truth, and frames per second."""
+    """How a case is filmed: where the camera is, what is shown in place of the truth, frames per second, and what is
+    done to the pictures."""
 
     motion: Motion
     show: Show | None = None
     fps: float = FPS
+    edit: Edit | None = None
 
 
 @dataclass(frozen=True)
@@ -133,6 +137,26 @@ def turn_tangent(badge: Badge) -> float:
     return 2 * float(np.interp(np.pi, np.abs(phase), tangents))
 
 
+def frozen_in_spells(share: float, shift_px: float) -> Make:
+    """Fringes that stay still for a share of the frames, in spells of half a second, the markers shifted there."""
+
+    def make(shoot: Shoot) -> Filming:
+        spell = round(0.5 * FPS)
+        starts = set(shoot.rng.permutation(shoot.frames // spell)[: round(share * shoot.frames / spell)].tolist())
+
+        def show(scene: Scene, motion: Motion, camera_mm: Any, fps: float) -> ShownViews:
+            held = camera_mm.copy()
+            for frame in range(len(held)):
+                if frame // spell in starts:
+                    held[frame] = held[max(spell * (frame // spell) - 1, 0)]
+            return ShownViews(held, camera_mm)
+
+        shifted = ShiftedMarkers(shoot.badge, shift_px, lambda frame: frame // spell in starts)
+        return Filming(moving(shoot), show, edit=shifted)
+
+    return make
+
+
 def spell(seconds: float) -> Make:
     """Fringes that stay still for some seconds within a true film, while they should move.
 
@@ -172,6 +196,8 @@ def attacks() -> Iterator[tuple[str, Make]]:
     yield "one photograph, slid by the law, level course", slid(level)
     for count in (3, 5, 8, 12, 18, 24, 36):
         yield f"{count} photographs, cross-faded, level course", photographs(count, course=level)
+    for share in (0.25, 0.5):
+        yield f"frozen for {100 * share:.0f} % of the frames, markers shifted", frozen_in_spells(share, 0.8)
     for seconds in (0.5, 1.0, 2.0):
         yield f"frozen for {seconds:g} s", spell(seconds)
     for count in (12, 48):

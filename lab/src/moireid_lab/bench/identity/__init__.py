@@ -2,5 +2,5 @@
 
 clips.py           films for it
 matching.py        false matches, by a model of errors
-identity_suite.py  the identity suite, with its table
+identity_suite.py  the identity suite
 """

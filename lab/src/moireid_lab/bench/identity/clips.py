@@ -54,7 +54,7 @@ def read_clip(clip: Clip) -> dict[str, Any]:
     from moireid.verifier.identity.compare_built import filmed_built
     from moireid.verifier.identity.decode import read_identity
     from moireid.verifier.session.film import verify
-    from moireid_lab.bench.bench_frame import temporary_film
+    from moireid_lab.bench.part import temporary_film
 
     badge = design_badge(Order("Bench", lens="50lpi", range_m=(0.8, 2.5)), clip.payload)
     build = build_of(clip)
@@ -64,17 +64,10 @@ def read_clip(clip: Clip) -> dict[str, Any]:
     with temporary_film(scene, motion, **how) as video:
         report = verify(video, Question(badge, badge.id, camera=KnownCamera(FOCAL_PX)))
     row: dict[str, Any] = {
-        "payload": clip.payload.hex(),
         "verdict": report.verdict,
-        "findings": [reason.code for reason in report.reasons if reason.level in ("fail", "undecided")],
         "read": report.identity.decoded_id == badge.id,
         "wrong": report.identity.decoded_id not in (None, badge.id),
-        "tracked": report.track.tracked,
-        "corrected": report.identity.symbol_errors_corrected,
         "phase_error_rad": [],
-        "phase_sd_rad": [],
-        "cells_wrong": 0,
-        "correlation": report.invariant.correlation,
         "gain": report.invariant.gain_ratio,
         "identity_s": report.timing["stages"].get("identity"),
         "as_built": None,
@@ -86,8 +79,6 @@ def read_clip(clip: Clip) -> dict[str, Any]:
     for (index, cell), true in true_phases_rad(clip.payload, badge.gratings).items():
         reading = readings[index][cell]
         row["phase_error_rad"].append(math.remainder(reading.free_rad - true, 2 * math.pi))
-        row["cells_wrong"] += abs(math.remainder(reading.phase_rad - true, 2 * math.pi)) > math.pi / 4
-        row["phase_sd_rad"].append(reading.phase_sd)
     gain, gain_sd = report.invariant.gain_ratio or math.nan, report.invariant.gain_sd or math.nan
     as_built = filmed_built(report.track, report.measurement, gain, gain_sd).as_built
     row["as_built"] = as_built.to_json()

@@ -1,0 +1,103 @@
+"""The scoreboard's tables in README and docs/accuracy.md; `python -m moireid_lab.bench.scoreboard_tables` writes them.
+
+A table is between `<!-- scoreboard: NAME -->` and `<!-- end -->`; NAME is `readme`, `all`, `parts`, or `kinds` with a
+part's name.
+README shows figures of this version of the sources alone; elsewhere an older figure says so, with its date.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import Any
+
+from moireid.files import write_text
+from moireid_lab.bench.scoreboard import DOCUMENT, OUTCOMES, current_version
+from moireid_lab.bench.sources import ROOT
+from moireid_lab.bench.suites import PARTS
+
+SCOREBOARD = ROOT / "benchmarks" / "scoreboard" / DOCUMENT
+PAGES = (ROOT / "README.md", ROOT / "docs" / "accuracy.md")
+#: What README shows: parts and questions.
+README = (
+    ("outside", "genuine"),
+    ("outside", "forged"),
+    ("outside", "identity"),
+    ("natural", "genuine"),
+    ("natural", "forged"),
+    ("lenses", "air"),
+    ("builds", "after"),
+    ("builds", "copy"),
+    ("kept", "half-real"),
+    ("reality", "at 1 m"),
+    ("reality", "forged"),
+    ("kept", "forged"),
+    ("live", "replay"),
+)
+_PLACE = re.compile(r"(<!-- scoreboard: ([\w -]+) -->\n).*?(<!-- end -->)", re.DOTALL)
+Entry = dict[str, Any]
+
+
+def with_tables(text: str, document: dict[str, Any], versions: dict[str, str]) -> str:
+    """A page with its tables; versions: of each part's sources now."""
+
+    def table(place: re.Match[str]) -> str:
+        rows = [f"| {' | '.join(cells)} |" for cells in _cells(place[2].split(), document, versions)]
+        rule = "|" + "---|" * (rows[0].count(" | ") + 1)
+        return "\n".join([place[1].rstrip(), rows[0], rule, *rows[1:], place[3]])
+
+    return _PLACE.sub(table, text)
+
+
+def _cells(name: list[str], document: dict[str, Any], versions: dict[str, str]) -> Iterator[Iterable[str]]:
+    """The rows of a table, the heading first."""
+    questions: list[Entry] = document["questions"]
+    now = [entry for entry in questions if entry["version"] == versions.get(entry["part"])]
+    if name == ["readme"]:
+        yield "question", "films by", "films", *OUTCOMES, "right, 95 %"
+        by_name = {(entry["part"], entry["question"]): entry for entry in now}
+        for entry in (by_name[one] for one in README if one in by_name):
+            yield entry["text"], entry["films_by"], *_counts(entry), _interval(entry)
+    elif name == ["all"]:
+        yield "question", "films by", "films", *OUTCOMES, "right, 95 %", "command", "version", "date"
+        for entry in questions:
+            version = entry["version"] if entry in now else f"older, {entry['version']}"
+            cells = (entry["text"], entry["films_by"], *_counts(entry), _interval(entry))
+            yield *cells, f"`{entry['command']}`", version, entry["date"]
+    elif name == ["parts"]:
+        yield "part", "cases", "processor s a case", "hours of two cores"
+        for part in document["parts"]:
+            hours = part["cases"] * part["s_a_case"] / 7200
+            yield f"`{part['part']}`", str(part["cases"]), f"{part['s_a_case']:g}", f"{hours:.2g}"
+    else:
+        yield "kind", "films", *OUTCOMES, "what decided the others", "figures: least to greatest"
+        for entry in questions:
+            if entry["part"] == name[1]:
+                older = "" if entry in now else f" (older, of {entry['date']})"
+                yield (f"*{entry['text']}*{older}", *[""] * 6)
+                for kind in entry["kinds"]:
+                    figures = (f"{key} {low:g} to {high:g}" for key, (low, _, high) in kind["figures"].items())
+                    why = "" if kind["right"] == kind["films"] else kind["why"]
+                    yield kind["kind"], *_counts(kind), why, "; ".join(figures)
+
+
+def _counts(entry: Entry) -> list[str]:
+    return [str(entry[name]) for name in ("films", *OUTCOMES)]
+
+
+def _interval(entry: Entry) -> str:
+    low, high = (100 * end for end in entry["interval"])
+    return f"{low:.0f} to {high:.0f} %"
+
+
+def written(page: Path) -> str:
+    """A page of the project, with the tables of the scoreboard that is there."""
+    document = json.loads(SCOREBOARD.read_text(encoding="utf-8"))
+    return with_tables(page.read_text(encoding="utf-8"), document, {name: current_version(name) for name in PARTS})
+
+
+if __name__ == "__main__":
+    for each in PAGES:
+        write_text(each, written(each))
