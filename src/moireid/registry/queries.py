@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from sqlalchemy import ColumnElement, and_, func, or_, select
 
+from moireid.arguments import checked
 from moireid.badge import Badge
 from moireid.errors import RegistryError
 from moireid.provenance import AuthorityKey
@@ -61,6 +62,7 @@ class RegistryQueries:
     def __init__(self, ledger: Ledger) -> None:
         self._ledger = ledger
 
+    @checked()
     def find(self, claim: str) -> Record:
         """Find the one record that a claim means.
 
@@ -79,6 +81,8 @@ class RegistryQueries:
         ------
         RegistryError
             If there is none, or more than one; `error.details["ids"]` lists those.
+        SpecError
+            If the claim is no text.
         """
         try:
             return self._ledger.record(find_row(claim, self._ledger.rows, self._ledger.shown))
