@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import signal
-import tempfile
 from collections.abc import Generator
 from pathlib import Path
 
@@ -18,10 +17,7 @@ from moireid.designer import Order, design_badge
 
 # Started in the background of a shell, a program is deaf to interrupts, and so is all that it starts; tests send some.
 signal.signal(signal.SIGINT, signal.default_int_handler)
-#: What tests see of registries is not remembered in the developer's home; programs that they start inherit it.
-SEEN = tempfile.TemporaryDirectory(prefix="moireid-seen-")
-os.environ["MOIREID_SEEN"] = f"{SEEN.name}/seen.sqlite3"
-#: Nor do the developer's own options count.
+#: The developer's own options do not count.
 for name in ("REGISTRY", "LENS", "PAPER", "ACTOR", "PUBLIC_URL"):
     os.environ.pop(f"MOIREID_{name}", None)
 
@@ -38,6 +34,12 @@ def failed_in_ci(report: pytest.TestReport) -> pytest.TestReport:
     if report.skipped and not hasattr(report, "wasxfail"):
         report.outcome, report.longrepr = "failed", f"skipped, which CI does not allow: {report.longrepr}"
     return report
+
+
+@pytest.fixture(scope="session", autouse=True)
+def seen_registries(tmp_path_factory: pytest.TempPathFactory) -> None:
+    """What tests see of registries is not remembered in the developer's home; programs that they start inherit it."""
+    os.environ["MOIREID_SEEN"] = str(tmp_path_factory.mktemp("seen") / "seen.sqlite3")
 
 
 @pytest.fixture

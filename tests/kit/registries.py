@@ -25,7 +25,6 @@ from moireid.registry import Registry
 TABLES = {
     "badges": "id",
     "log": "seq",
-    "actors": "commitment",
     "authority": "one",
     "schema_version": "version",
 }
@@ -96,9 +95,9 @@ def rows_of(url: str, query: str) -> list[dict[str, object]]:
 
 def spelled(document: dict[str, Any]) -> str:
     """An export with this content, each item of it a line of its own."""
-    arrays = [document[name] for name in ("records", "actors", "log")]
+    arrays = [document[name] for name in ("records", "log")]
     head = json.dumps({name: value for name, value in document.items() if not isinstance(value, list)})
-    marks = [f'{head[:-1]},"records":[\n', '],"actors":[\n', '],"log":[\n', "]}\n"]
+    marks = [f'{head[:-1]},"records":[\n', '],"log":[\n', "]}\n"]
     items = ["".join(f"{',' if n else ''}{json.dumps(one)}\n" for n, one in enumerate(array)) for array in arrays]
     return "".join(part for pair in zip(marks, [*items, ""], strict=True) for part in pair)
 

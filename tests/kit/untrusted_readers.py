@@ -39,7 +39,7 @@ from moireid.registry.checkpoints.note import COSIGNATURE, VerifierKey
 from moireid.registry.export_file import load
 from moireid.registry.keys import Signer
 from moireid.registry.ledger import Ledger, open_ledger
-from moireid.registry.schema import actors, authority, badges, log
+from moireid.registry.schema import authority, badges, log
 
 CORPORA = TESTS / "data" / "fuzzing"
 
@@ -148,7 +148,7 @@ def read_export(path: Path) -> None:
             raise RegistryError("the export is not sound; get another")
     finally:
         with copy.engine.begin() as connection:
-            for table in (badges, actors, log, authority):
+            for table in (badges, log, authority):
                 connection.execute(delete(table))
 
 

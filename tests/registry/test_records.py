@@ -12,7 +12,7 @@ from sqlalchemy import event
 
 from kit.registries import badge_of, url_of
 from moireid.badge import badge_from_json
-from moireid.errors import RegistryError
+from moireid.errors import RegistryError, SpecError
 from moireid.names import named_by
 from moireid.registry import claimed, open_registry, queries, store
 from moireid_studio.jobs.claims import find_claimed
@@ -213,3 +213,10 @@ def test_search_finds_parts_of_names_and_beginnings_of_ids(registry):
     assert found(held["Grace Hopper"].id[:9].upper()) == {"Grace Hopper"}
     assert found("nobody") == found("' OR 1=1 --") == found("a\x00") == set()
     assert [record.name for record in registry.search("", 2)] == sorted(names)[:2]
+
+
+@pytest.mark.parametrize("call", [lambda r: r.find(5), lambda r: r.revoke(None, "lost"), lambda r: r.enroll(None)])
+def test_what_is_no_claim_or_badge_is_said_in_a_sentence(registry, call):
+    """Catches: Python's own TypeError or AttributeError out of a method of the Registry."""
+    with pytest.raises(SpecError, match=r"(claim|badge)=(5|None) is not possible; give (text|a Badge)"):
+        call(registry)

@@ -18,9 +18,9 @@ def test_export_is_plain_json_with_everything_in_it(full, exported):
     document = json.loads(exported.read_text(encoding="utf-8"))
     assert list(document) == [
         *("format", "version", "public_key", "head_seq", "head_hash", "head_signature"),
-        *("records", "actors", "log"),
+        *("records", "log"),
     ]
-    assert (document["format"], document["version"]) == ("moireid registry", 6)
+    assert (document["format"], document["version"]) == ("moireid registry", 7)
     assert f"{document['head_seq']}:{document['head_hash']}" == full.head()
     by_id = {record.id: record for record in full.records()}
     assert [item["id"] for item in document["records"]] == sorted(by_id)

@@ -3,7 +3,7 @@
 The registry's authority signs each record, and every action is recorded in a log under one signed root.
 
 engine.py       the registry's URL, connections, SQLite's settings; database errors as our own errors
-keys.py         the authority's key pair, signatures by kind of thing signed, and actors' commitments
+keys.py         the authority's key pair, signatures by kind of thing signed, and actors
 canonical.py    documents as bytes: one spelling for signing, compressed for storing
 record.py       the Record, its signed text, and the check of its signature on reading
 merkle.py       the Merkle tree of RFC 6962: roots, and proofs of consistency

@@ -8,10 +8,7 @@
 4. Each record that the log enters is there, unless a later entry says that the person was erased; after that, no
    entry is about them.
 5. Each set of measured figures that a log entry put in the place of another is followed by that other on record.
-6. The actor of each entry is in the table `actors` as the entry's commitment says, unless an entry says that they were
-   erased.
-
-7. The log goes on from the head that this user saw last, under the same key.
+6. The log goes on from the head that this user saw last, under the same key.
 
 What it cannot find by itself:
 - the whole registry, head included, put back to a state that is earlier, and later than all that this user saw: it was
@@ -34,11 +31,9 @@ from moireid.registry.audit_findings import Audit, Tally
 from moireid.registry.checkpoints.checkpoint import Checkpoint
 from moireid.registry.checkpoints.cosignature import Quorum
 from moireid.registry.engine import AnyRow, AnySelect
-from moireid.registry.keys import commitment
 from moireid.registry.ledger import Ledger
 from moireid.registry.log import (
     ERASE,
-    ERASE_ACTOR,
     REFINED,
     REPLACED,
     Head,
@@ -51,7 +46,7 @@ from moireid.registry.merkle import Tree
 from moireid.registry.opening import check_tables
 from moireid.registry.record import Fault, record_of
 from moireid.registry.rollback import CODES
-from moireid.registry.schema import actors, authority, badges, log, pages, select_records
+from moireid.registry.schema import authority, badges, log, pages, select_records
 
 
 def audit(
@@ -83,13 +78,12 @@ def audit(
     with ledger.snapshot() as connection:
         head = _audit_log(ledger, connection, roots, tally)
         _audit_kept(kept, roots, head, tally)
-        who = _audit_actors(connection, tally)
         _audit_records(ledger, connection, tally)
     return Audit(
         fingerprint=ledger.authority.fingerprint,
         head=None if head is None else str(head),
         findings=tuple(tally.findings),
-        actors=who,
+        actors=dict(tally.actors),
         witnessed=witnessed,
         **tally.counts,
     )
@@ -191,33 +185,14 @@ def _check_end(ledger: Ledger, connection: Connection, last: int, tree: Tree) ->
 
 
 def _note_actor(row: AnyRow, tally: Tally) -> None:
-    """Count an entry for its actor, and note the person or actor that it erased, whom no later entry may be about."""
+    """Count an entry for its actor, and note the person whom it erased, whom no later entry may be about."""
     tally.counts["erased"] += row.action == ERASE
     if row.action == ERASE:
         tally.ended.add(row.subject)
     elif row.subject in tally.ended:
         text = f"log entry {row.seq} is about id {row.subject}, whose holder was erased before: it was issued again"
         tally.report("erased_again", text, row.subject)
-    if row.action == ERASE_ACTOR:
-        tally.gone.add(row.subject)
-    tally.acted[row.actor] += 1
-
-
-def _audit_actors(connection: Connection, tally: Tally) -> dict[str, int]:
-    """Check every entry's actor against the table `actors`; returns the number of entries by name."""
-    named: dict[str, int] = {}
-    known = {row.commitment: row for row in connection.execute(select(actors))}
-    for who, entries in tally.acted.items():
-        row = known.get(who)
-        if row is not None and commitment(row.name, row.salt) == who:
-            named[row.name] = named.get(row.name, 0) + entries
-            continue
-        tally.counts["unnamed"] += entries
-        if row is not None:
-            tally.report("actor_changed", f"the actor of {entries} log entries is not the one that they name", who)
-        elif who not in tally.gone:
-            tally.report("actor_missing", f"the actor of {entries} log entries is missing, and was not erased", who)
-    return named
+    tally.actors[row.actor] += 1
 
 
 def _audit_records(ledger: Ledger, connection: Connection, tally: Tally) -> None:

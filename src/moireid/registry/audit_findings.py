@@ -52,8 +52,6 @@ class Audit:
         Entries of the log looked at.
     actors : mapping of str to int
         Number of entries by actor.
-    unnamed : int
-        Entries without a name: their actor was erased.
     head : str or None
         The log's head, SEQUENCE:HASH; None if it is not valid.
     findings : tuple of Finding
@@ -80,7 +78,6 @@ class Audit:
     erased: int = 0
     witnessed: Mapping[str, Any] | None = None
     actors: Mapping[str, int] = field(default_factory=dict)
-    unnamed: int = 0
 
     @property
     def sound(self) -> bool:
@@ -104,10 +101,9 @@ class Tally:
 
     def __init__(self, progress: Callable[[int, int | None], None] | None, total: int) -> None:
         self._progress, self._total = progress, total
-        self.counts: Counter[str] = Counter(records=0, revoked=0, erased=0, entries=0, unnamed=0, found=0)
-        #: Number of entries by their actor's commitment; and the commitments of erased actors.
-        self.acted: Counter[str] = Counter()
-        self.gone: set[str] = set()
+        self.counts: Counter[str] = Counter(records=0, revoked=0, erased=0, entries=0, found=0)
+        #: Number of entries by their actor.
+        self.actors: Counter[str] = Counter()
         #: Ids of badges whose holders were erased.
         self.ended: set[str] = set()
         self.findings: list[Finding] = []

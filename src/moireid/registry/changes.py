@@ -7,7 +7,7 @@ set may come in unseen, or any copy would agree with one of them: figures take t
 if the caller found that they agree with those in use (`refines`); a log entry says which.  A badge has at most
 `MOST_SETS` sets.
 
-A person or an actor is erased on their request: the data are deleted, the log stays, and an entry says so.
+A person is erased on their request: the data are deleted, the log stays, and an entry says so.
 For a person, the row is deleted: name, badge, reason of a revocation, measured figures, and the salt.  The log keeps
 the badge's identity, which is a random number, and hashes against which no one can test names without that salt.  The
 signed entry `erase` stays as a marker.  The identity is never issued again.
@@ -29,17 +29,17 @@ from dataclasses import dataclass, replace
 from datetime import date
 from typing import Any
 
-from sqlalchemy import delete, select
+from sqlalchemy import delete
 
 from moireid.errors import RegistryError, SpecError
 from moireid.registry.canonical import utc_now
 from moireid.registry.claims import as_id
 from moireid.registry.engine import clean
 from moireid.registry.ledger import Transaction
-from moireid.registry.log import ERASE, ERASE_ACTOR, REFINED, REPLACED
+from moireid.registry.log import ERASE, REFINED, REPLACED
 from moireid.registry.queries import RegistryQueries
 from moireid.registry.record import Record, storable, storable_json
-from moireid.registry.schema import actors, badges, select_records
+from moireid.registry.schema import badges, select_records
 
 #: A reason is shown to everyone who checks the badge, so it must be short.
 LONGEST_REASON = 500
@@ -54,7 +54,7 @@ class ErasureResult:
     Attributes
     ----------
     subject : str
-        The badge's id, or an actor's commitment.
+        The badge's id.
     erased_at : str
         UTC, ISO 8601 to the second.
     again : bool
@@ -253,40 +253,6 @@ class RegistryChanges(RegistryQueries):
                 transaction.connection.execute(delete(badges).where(badges.c.id == subject))
                 transaction.log(ERASE, subject)
         return ErasureResult(subject, before or utc_now(), before is not None, clean(self._ledger.engine))
-
-    def erase_actor(self, name: str) -> ErasureResult:
-        """Erase the name of an actor: the log keeps what was done, and no longer by whom.
-
-        Parameters
-        ----------
-        name : str
-            As `entries` gives it.
-
-        Returns
-        -------
-        ErasureResult
-            When; its subject is the actor's commitment in the log.
-
-        Raises
-        ------
-        RegistryError
-            If the log has no actor of that name, or the actor would erase themself.
-        """
-        with self._ledger.writing(self.actor) as transaction:
-            who = transaction.connection.scalar(select(actors.c.commitment).where(actors.c.name == name))
-            if who is None:
-                raise RegistryError(
-                    f"no one named {name[:80]!r} has done anything in registry {self.shown_url}; see who has with "
-                    "`moireid registry log`"
-                )
-            if name == self.actor:
-                raise RegistryError(
-                    f"{name!r} would erase themself, and the entry of that would name them again; let somebody else "
-                    "do it (actor)"
-                )
-            transaction.connection.execute(delete(actors).where(actors.c.commitment == who))
-            transaction.log(ERASE_ACTOR, who)
-        return ErasureResult(who, utc_now(), False, clean(self._ledger.engine))
 
     def _decide(self, claim: str, action: str, change: Callable[[Record], Record]) -> Record:
         """Change a record in a transaction.  Raises: RegistryError if it is revoked already."""

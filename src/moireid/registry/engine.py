@@ -246,8 +246,7 @@ def clean(engine: Engine) -> bool:
             return True
         if engine.dialect.name == "postgresql":
             with engine.connect().execution_options(isolation_level="AUTOCOMMIT") as connection:
-                for table in ("badges", "actors"):
-                    connection.exec_driver_sql(f"VACUUM (FULL, ANALYZE) {table}")
+                connection.exec_driver_sql("VACUUM (FULL, ANALYZE) badges")
             return True
     except (sqlite3.Error, SQLAlchemyError):
         return False

@@ -1,9 +1,9 @@
 """The export: records, log and public key as one JSON file that another registry can import; written, and read.
 
 The file is one JSON object: `format` and `version`, the public key and the signed head, `records` (the columns of the
-table, with the badge and the measured figures as JSON), `actors` (the names of the entries' actors), `log` (the entries
-from the first on).  Each item is a line of its own, so `load` reads a file of any size in little memory: into an empty
-registry, without checks of signatures, which the audit makes afterwards.
+table, with the badge and the measured figures as JSON), `log` (the entries from the first on).  Each item is a line of
+its own, so `load` reads a file of any size in little memory: into an empty registry, without checks of signatures,
+which the audit makes afterwards.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ from moireid.registry.log import check_entry, leaf_of
 from moireid.registry.look_alikes import folded_skeleton, skeleton
 from moireid.registry.merkle import Tree
 from moireid.registry.record import DOCUMENTS, Fault, record_of
-from moireid.registry.schema import actors, authority, badges, log, pages, select_records
+from moireid.registry.schema import authority, badges, log, pages, select_records
 
-FORMAT, VERSION = "moireid registry", 6
+FORMAT, VERSION = "moireid registry", 7
 #: Documents, which are copied as they are stored, and derived columns.
 NOT_FIELDS = ("badge", *DOCUMENTS, "newest", "skeleton", "folded")
 #: Number of records between two reports of progress.
@@ -65,9 +65,6 @@ def _lines(ledger: Ledger, connection: Connection) -> Iterator[tuple[str, bool]]
     for number, row in enumerate(pages(connection, select_records(), badges.c.id)):
         written[row.id] = row.newest
         yield f"{',' if number else ''}{_record_line(row, ledger)}\n", True
-    yield ACTORS, False
-    for number, row in enumerate(pages(connection, select(actors), actors.c.commitment)):
-        yield f"{',' if number else ''}{canonical_json(dict(row._mapping))}\n", False
     yield LOG, False
     tree, stale = Tree(), set[str]()
     for row in pages(connection, select(log), log.c.seq):
@@ -101,9 +98,9 @@ _TYPES: dict[str, Any] = {
     "seq": SequenceNumber,
 }
 #: The lines that begin the file's arrays, the first of them after the header, and the one that ends it.
-RECORDS, ACTORS, LOG, END = ',"records":[\n', '],"actors":[\n', '],"log":[\n', "]}\n"
+RECORDS, LOG, END = ',"records":[\n', '],"log":[\n', "]}\n"
 #: The arrays: the table of each, the column by which it is ordered, and the line that ends it.
-ARRAYS = ((badges, "id", ACTORS), (actors, "commitment", LOG), (log, "seq", END))
+ARRAYS = ((badges, "id", LOG), (log, "seq", END))
 #: Longest line, bytes; no record is longer.
 LONGEST = 2**27
 
@@ -139,7 +136,7 @@ def load(path: Path, copy: Ledger) -> None:
 
 
 def _load(stream: BinaryIO, connection: Connection) -> ExportHeader:
-    """Store records, actors and log; returns what the file says of the registry."""
+    """Store records and log; returns what the file says of the registry."""
 
     def line() -> bytes:
         found = stream.readline(LONGEST)

@@ -1,13 +1,11 @@
-"""The authority's key pair, and the commitments by which the log names actors.
+"""The authority's key pair, and how the log names actors.
 
 The key pair is Ed25519.  The public half is in the registry, the private half in a file of its own.  That file is PEM
 PKCS #8, readable by its owner alone, named by the public key's fingerprint, in the folder that MOIREID_KEYS names, or
 in `keys` of the user's data folder.  Nothing ever writes a private key to a registry, an export or a log.
 
-An actor is the person or account that does something to the registry: an account of this machine, or the holder of a
-studio's token.  The log holds an actor as a commitment: SHA-256 of the text and of a salt that is drawn once for this
-actor.  Text and salt are in the table `actors`, from which they can be erased without a change to the log.
-Without the salt no one can test names against the commitment.
+An actor is the person or account that does something to the registry, as the log names them: an account of this
+machine, or the holder of a studio's token.
 
 Convention: every signature covers a domain (a line with the kind of thing signed and its version) and then the content.
 So a signed record can never be taken for a signed log entry, nor for one of another version.
@@ -27,7 +25,7 @@ from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey,
 
 from moireid.errors import RegistryError, SpecError
 from moireid.files import read_regular, whole_file
-from moireid.registry.canonical import canonical_json, sha256_hex
+from moireid.registry.canonical import sha256_hex
 from moireid.user_settings import data_folder, expanded
 
 KEYS_VARIABLE = "MOIREID_KEYS"
@@ -155,7 +153,6 @@ def key_of(authority: Authority) -> Signer:
 
 LONGEST = 200
 SALT_BYTES = 16
-DOMAIN = b"moireid registry actor 1\n"
 #: How a studio's tokens begin (`moireid_studio/auth/tokens.py`); a user may enter one as their name by mistake.
 TOKEN = "moireid_"
 
@@ -192,16 +189,5 @@ def checked_actor(text: str) -> str:
 
 
 def new_salt() -> str:
-    """A random salt, hex digits: without it no one can check a guess of what a commitment covers."""
+    """A random salt, hex digits: without it no one can check a guess of what a hash covers."""
     return secrets.token_hex(SALT_BYTES)
-
-
-def commitment(actor: str, salt: str) -> str:
-    """The actor as the log holds it, 64 hex digits."""
-    return sha256_hex(DOMAIN + canonical_json({"actor": actor, "salt": salt}).encode())
-
-
-def actor_row(actor: str) -> dict[str, str]:
-    """The row of `actors` of one who has done nothing before, with a salt of their own."""
-    salt = new_salt()
-    return {"commitment": commitment(actor, salt), "name": actor, "salt": salt}

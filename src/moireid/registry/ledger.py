@@ -28,7 +28,7 @@ from moireid.registry.engine import (
     translated,
     writing,
 )
-from moireid.registry.keys import Authority, Signer, actor_row, key_of, new_salt
+from moireid.registry.keys import Authority, Signer, key_of, new_salt
 from moireid.registry.log import (
     ERASE,
     NO_RECORD,
@@ -267,7 +267,7 @@ class Ledger:
                     f"registry {self.shown} holds records of authority {self.authority.fingerprint}, and this export "
                     f"is of {successor.fingerprint}; import it into an empty registry"
                 )
-            for table in (schema.authority, schema.actors, schema.log, schema.badges):
+            for table in (schema.authority, schema.log, schema.badges):
                 connection.execute(delete(table))
             yield connection
             state = after._state(connection)
@@ -331,23 +331,12 @@ class Transaction:
         The head is over the entries as they are here, not as the database gives them back, which could be others.
         """
         signer = self.ledger.signer()
-        rows = next_rows(signer, self.growing.size, done, self.committed())
+        rows = next_rows(signer, self.growing.size, done, self._actor)
         self.connection.execute(insert(schema.log), rows)
         for row in rows:
             self.growing.add(leaf_of(row["hash"]))
         self.signed = head = Head(self.growing.size, self.growing.root().hex())
         self.connection.execute(update(schema.authority).values(head_row(signer, head)))
-
-    def committed(self) -> str:
-        """The actor as the log holds them, with a salt of their own from their first entry on."""
-        actors = schema.actors
-        known = select(actors.c.commitment).where(actors.c.name == self._actor).order_by(actors.c.commitment)
-        who = self.connection.scalar(known.limit(1))
-        if who is None:
-            row = actor_row(self._actor)
-            who = row["commitment"]
-            self.connection.execute(insert(actors).values(row))
-        return str(who)
 
 
 def _salted(record: Record) -> Record:

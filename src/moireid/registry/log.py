@@ -5,8 +5,8 @@ is the number of entries and the root over them, signed: so no entry can be chan
 another root.  The head has its own kind of signature, so the log's end cannot be cut off without a trace.
 The table `authority` holds the head; every writer locks that row first, so writers take turns.
 
-An entry names its actor by a salted commitment (`keys.py`).  What an entry says of a record is the hash of its signed
-text, which holds a salt too: so a record and an actor can be erased, and the tree stays as it is.
+An entry names its actor.  What it says of a record is the hash of its signed text, which holds a salt: so a record can
+be erased, and the tree stays as it is.
 
 If a whole registry is put back to an earlier state, only a head that was noted elsewhere shows it.
 """
@@ -26,8 +26,8 @@ from moireid.registry.record import Fault
 
 #: What is hashed of an entry.
 HASHED = ("action", "actor", "record_sha256", "seq", "subject", "time")
-#: The actions of entries that record an erasure; the subject is an id, or an actor's commitment.
-ERASE, ERASE_ACTOR = "erase", "erase_actor"
+#: The action of entries that record an erasure.
+ERASE = "erase"
 #: The actions of entries that put figures in the place of others, which stay on record: for a reason, or as they agree
 #: with those and add what those lack.
 REPLACED, REFINED = "as_built_replaced", "as_built_refined"
@@ -75,7 +75,7 @@ def head_row(signer: Signer, head: Head) -> dict[str, Any]:
 def next_rows(signer: Signer, size: int, done: Iterable[tuple[str, str, str]], actor: str) -> list[dict[str, Any]]:
     """Rows of `log` for what was done after the first `size` entries: each (action, subject, SHA-256 of the record).
 
-    Parameters: actor: the actor's commitment.
+    Parameters: actor: who did it.
     """
     now, rows = utc_now(), []
     for seq, (action, subject, digest) in enumerate(done, size + 1):

@@ -1,7 +1,7 @@
 """The Merkle tree over the log's entries: the one structure that makes the log tamper-evident.
 
 Its leaves are the hashes in the table `log`.  They are read once, compared with the signed root, and kept; later
-transactions add those that follow.  100,000 entries take a third of a second.
+transactions add those that follow.  100,000 entries take 0.2 s.
 """
 
 from __future__ import annotations

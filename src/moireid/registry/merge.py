@@ -32,10 +32,10 @@ from moireid.registry.export_file import load
 from moireid.registry.keys import account
 from moireid.registry.ledger import Ledger, open_ledger
 from moireid.registry.log import ERASE
-from moireid.registry.schema import actors, authority, badges, log, pages, select_records
+from moireid.registry.schema import authority, badges, log, pages, select_records
 
 #: The tables of which a copy is made, and the key of each.
-COPIED = ((badges, badges.c.id), (log, log.c.seq), (actors, actors.c.commitment), (authority, authority.c.one))
+COPIED = ((badges, badges.c.id), (log, log.c.seq), (authority, authority.c.one))
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from sqlalchemy.types import TypeEngine
 from moireid.errors import RegistryError
 from moireid.registry import schema
 from moireid.registry.engine import writing
-from moireid.registry.keys import actor_row, new_key
+from moireid.registry.keys import new_key
 from moireid.registry.log import first_rows
 
 TABLES = set(schema.metadata.tables)
@@ -109,9 +109,7 @@ def _create(engine: Engine, actor: str, *, make_authority: bool) -> bool:
                 schema.metadata.create_all(connection)
                 connection.execute(insert(schema.schema_version).values(version=schema.SCHEMA_VERSION))
             if signer is not None and public_key is None:
-                row = actor_row(actor)
-                head_row, entry = first_rows(signer, row["commitment"])
-                connection.execute(insert(schema.actors).values(row))
+                head_row, entry = first_rows(signer, actor)
                 connection.execute(insert(schema.authority).values(head_row))
                 connection.execute(insert(schema.log).values(entry))
                 used = True

@@ -8,15 +8,16 @@ from dataclasses import dataclass
 
 from sqlalchemy import ColumnElement, and_, func, or_, select
 
+from moireid.arguments import checked
 from moireid.badge import Badge
 from moireid.errors import RegistryError
 from moireid.provenance import AuthorityKey
 from moireid.registry.claims import as_id, find_row
 from moireid.registry.ledger import Ledger
-from moireid.registry.log import ERASE, ERASE_ACTOR, check_signed
+from moireid.registry.log import ERASE, check_signed
 from moireid.registry.look_alikes import folded_skeleton, skeleton
 from moireid.registry.record import Record, storable
-from moireid.registry.schema import actors, badges, log, select_alike, select_layouts, select_named_so, select_records
+from moireid.registry.schema import badges, log, select_alike, select_layouts, select_named_so, select_records
 
 #: Records fetched at a time: few enough for the memory, and no lock is held while the caller looks at them.
 PAGE = 200
@@ -37,19 +38,16 @@ class Entry:
     action : str
         Such as "enroll", "revoke", "as_built", "as_built_replaced", "import", "erase".
     subject : str
-        The badge's id; of the first entry the authority's fingerprint, of "erase_actor" the actor's commitment.
-    actor : str or None
-        Who did it; None if they were erased.
-    actor_erased : bool
-        Whether they were erased.
+        The badge's id; of the first entry the authority's fingerprint.
+    actor : str
+        Who did it.
     """
 
     seq: int
     time: str
     action: str
     subject: str
-    actor: str | None
-    actor_erased: bool
+    actor: str
 
 
 class RegistryQueries:
@@ -64,6 +62,7 @@ class RegistryQueries:
     def __init__(self, ledger: Ledger) -> None:
         self._ledger = ledger
 
+    @checked()
     def find(self, claim: str) -> Record:
         """Find the one record that a claim means.
 
@@ -82,6 +81,8 @@ class RegistryQueries:
         ------
         RegistryError
             If there is none, or more than one; `error.details["ids"]` lists those.
+        SpecError
+            If the claim is no text.
         """
         try:
             return self._ledger.record(find_row(claim, self._ledger.rows, self._ledger.shown))
@@ -231,16 +232,11 @@ class RegistryQueries:
         subject = None if claim is None else as_id(claim)
         if claim is not None and self.erased_at(claim) is None:
             subject = self.find(claim).id
-        query = select(log, actors.c.name).outerjoin(actors, actors.c.commitment == log.c.actor)
+        query = select(log)
         if subject is not None:
             query = query.where(log.c.subject == subject)
         rows = self._ledger.rows(query.order_by(log.c.seq.desc()).limit(limit))
-        # Only a signed entry says that an actor was erased; else the name is missing, which the audit finds.
-        gone = {row.subject for row in self._ledger.rows(select(log.c.subject).where(log.c.action == ERASE_ACTOR))}
-        return [
-            Entry(row.seq, row.time, row.action, row.subject, row.name, row.actor is not None and row.actor in gone)
-            for row in rows
-        ]
+        return [Entry(row.seq, row.time, row.action, row.subject, row.actor) for row in rows]
 
     def records(self) -> Iterator[Record]:
         """Go through all records by name, then id.

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
+from moireid.arguments import checked
 from moireid.badge import Badge, badge_from_json
 from moireid.errors import RegistryError, SpecError
 from moireid.names import MOST_LINES, hidden_words, line_fault, line_of
@@ -270,6 +271,7 @@ def tampered(shown: str, fault: Fault) -> RegistryError:
     )
 
 
+@checked()
 def new_record(badge: Badge, shown: str, issued_at: str, expires: str | None = None) -> Record:
     """The record of a badge that is about to be issued, its JSON as it will be read back.
 

@@ -1,7 +1,7 @@
 """The tables, their version, and their queries.
 
 `badges` holds one row for each issued badge: its signed record (record.py).  `log` holds one for each action (log.py),
-`actors` the names of the actors (keys.py), and `authority` a single row: the public key, and the log's head, signed.
+and `authority` a single row: the public key, and the log's head, signed.
 A later version that changes tables must raise `SCHEMA_VERSION`; so must one that changes what `Badge.layout_key`
 hashes, what is signed, or what names look like, because old keys, signatures and skeletons would no longer compare.
 """
@@ -32,7 +32,7 @@ from sqlalchemy import (
 
 from moireid.registry.engine import AnyRow, AnySelect
 
-SCHEMA_VERSION = 6
+SCHEMA_VERSION = 7
 #: Rows fetched at a time when all are read.
 PAGE = 500
 
@@ -112,14 +112,6 @@ log = Table(
 )
 # Serves the newest entry of a record, which every reading compares.
 Index("log_by_subject", log.c.subject, log.c.seq)
-
-actors = Table(
-    "actors",
-    metadata,
-    Column("commitment", _text, primary_key=True),
-    Column("name", _text, nullable=False),
-    Column("salt", _text, nullable=False),
-)
 
 authority = Table(
     "authority",

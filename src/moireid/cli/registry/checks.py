@@ -81,8 +81,6 @@ def registry_audit(
         )
         for name, entries in sorted(seen.actors.items(), key=lambda pair: -pair[1])[:SHOWN]:
             echo(f"  {entries} entries by {name}")
-        if seen.unnamed:
-            echo(f"  {seen.unnamed} entries without a name (erased)")
         for finding in seen.findings[:SHOWN]:
             echo(f"  ✗ {finding.text}")
         if seen.found > SHOWN:

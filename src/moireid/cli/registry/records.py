@@ -188,19 +188,13 @@ def registry_log(registry: Registry, claim: str | None, limit: int, as_json: boo
         show_json({"registry": shown, "entries": [asdict(entry) for entry in entries]})
         return
     for entry in entries:
-        who = entry.actor or ("(erased)" if entry.actor_erased else "(not recorded)")
-        echo(f"{entry.seq:>6}  {entry.time}  {entry.action:<11}  {entry.subject}  {who}")
+        echo(f"{entry.seq:>6}  {entry.time}  {entry.action:<11}  {entry.subject}  {entry.actor}")
 
 
 @registry_command("erase", writes=True)
 @click.argument("claim", metavar="NAME|ID")
-@click.option(
-    "--from-log",
-    is_flag=True,
-    help="NAME is not a badge's holder, but somebody whom `moireid registry log` names as having done things.",
-)
 @click.option("--yes", "sure", is_flag=True, help="Do it. Without this nothing is erased, as it cannot be taken back.")
-def registry_erase(registry: Registry, claim: str, from_log: bool, sure: bool, as_json: bool) -> None:
+def registry_erase(registry: Registry, claim: str, sure: bool, as_json: bool) -> None:
     """Erase a person's data on their wish, for good.
 
     Name, badge and figures are deleted; the badge is no longer valid, and its identity is never issued again. The log
@@ -212,13 +206,13 @@ def registry_erase(registry: Registry, claim: str, from_log: bool, sure: bool, a
     """
     if not sure:
         raise SpecError(f"erasing {claim[:80]!r} cannot be taken back, so nothing was done; add --yes if you mean it")
-    done = registry.erase_actor(claim) if from_log else registry.erase(claim)
+    done = registry.erase(claim)
     shown = registry.shown_url
     if as_json:
         show_json({"registry": shown} | asdict(done))
     else:
-        what = f"the name behind {done.subject[:16]}" if from_log else f"the holder of badge {done.subject}"
-        echo(f"{what} {'was' if done.again else 'is'} erased from {shown} since {done.erased_at}")
+        was = "was" if done.again else "is"
+        echo(f"the holder of badge {done.subject} {was} erased from {shown} since {done.erased_at}")
     if not done.cleaned:
         say(
             "note: the database could not be written anew, so parts of it that are not in use may still hold the data; "

@@ -92,7 +92,6 @@ class AuditSummary(BaseModel):
     erased: int = Field(description="People who were erased on their wish.")
     entries: int
     actors: dict[str, int] = Field(description="Who did how many of the entries.")
-    unnamed: int = Field(description="Entries of an older version, or by a person who was erased.")
     head: str | None
     findings: list[Finding]
     found: int
