@@ -12,6 +12,7 @@ from moireid.idcodes import WRONG_PERSON, PartialWord
 from moireid.idcodes.words import WordCode
 from moireid.verifier.decision.judge import Invariant
 from moireid.verifier.identity.decode import Identity
+from moireid.verifier.reasons import Reason
 from moireid.verifier.session.identify import judge
 
 CODE = WordCode(8, 26)
@@ -41,10 +42,10 @@ class People:
         return [i for i in self.ids if any(i[4 * place : 4 * place + 4] == part for place, part in parts.items())]
 
 
-def found_among(people: People, word: PartialWord | None, **identity: object):
-    invariant = Invariant("accept", ())
+def found_among(people: People, word: PartialWord | None, law: str = "accept", *reasons: Reason, **identity: object):
+    invariant = Invariant(law, ())  # type: ignore[arg-type]
     report = SimpleNamespace(
-        reasons=(), invariant=invariant, identity=Identity("not_claimed", (), partial=word, **identity)
+        reasons=reasons, invariant=invariant, identity=Identity("not_claimed", (), partial=word, **identity)
     )
     return judge(report, people)  # type: ignore[arg-type]
 
@@ -102,6 +103,22 @@ def test_a_decoded_id_under_another_s_beats_identifies_no_one(rng):
     assert (outcome.finding, outcome.found_id) == ("nobody", None)
     assert outcome.reasons[-1].code == "beats"
     assert found_among(People([badge_id]), None, decoded_id=badge_id).finding == "found"
+
+
+@pytest.mark.parametrize(
+    ("law", "doubts", "enrolled", "finding"),
+    [
+        ("reject", (), True, "nobody"),
+        ("inconclusive", (), True, "inconclusive"),
+        ("accept", ("damaged",), True, "inconclusive"),
+        ("accept", (), False, "nobody"),
+    ],
+)
+def test_a_name_needs_the_law_a_whole_film_and_a_record(law, doubts, enrolled, finding):
+    """Catches: somebody named for a forged film, or one that was not judged whole; a stranger taken for somebody."""
+    notes = [Reason(code, "undecided", None, None, "", "") for code in doubts]
+    people = People(["0102030405060708"] if enrolled else [])
+    assert found_among(people, None, law, *notes, decoded_id="0102030405060708").finding == finding
 
 
 def test_somebody_with_a_chosen_id_is_never_taken_for_another():
