@@ -12,6 +12,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from xml.sax.saxutils import escape
 
+import numpy as np
+
 from moireid.badge import Badge, Point, Rect
 from moireid.fabrication.assembly import assembly_words
 from moireid.fabrication.assembly.assembly_words import BuildPlan, Step
@@ -69,9 +71,13 @@ def _draw_parts(sheet: PdfPage, build: BuildPlan, views: list[tuple[str, list[Pa
     if build.for_all:
         sheet.text(LEFT_MM, TOP_MM, "How to build these badges", points=16, font=BOLD, align="left")
     else:
-        _draw_name(sheet, build.badge.name)
+        # As the badge itself is lettered.
+        line = shape_line(set_name(build.badge.name).words, bold=True)
+        sheet.line(LEFT_MM, TOP_MM, line, points=min(18.0, NAME_MM * POINTS_PER_MM / max(line.width_em, 1e-9)))
         sheet.text(LEFT_MM, TOP_MM + 6, f"How to build this badge · moireid {build.badge.id}", points=9, align="left")
-    need, settings = _listed("You need", assembly_words.needs(build)), _listed("Print settings", _settings(build))
+    adhesive = filter(None, [assembly_words.glue_note(build)])
+    printing = [*(f"{name}: {value}" for name, value in assembly_words.settings(build)), *adhesive]
+    need, settings = _listed("You need", assembly_words.needs(build)), _listed("Print settings", printing)
     columns = [need, settings]
     if build.acrylic:
         heading = "The mount, in acrylic" if build.mount == "none" else "Or, in place of the printed mount, in acrylic"
@@ -85,19 +91,6 @@ def _draw_parts(sheet: PdfPage, build: BuildPlan, views: list[tuple[str, list[Pa
         x = LEFT_MM + k * (each + COLUMN_GAP_MM)
         sheet.text(x, TOP_MM + 14, heading, points=10.5, font=BOLD, align="left")
         draw_exploded(sheet, parts, (x, TOP_MM + 19, x + each, words_top - 6))
-
-
-def _settings(build: BuildPlan) -> list[str]:
-    """What to set in the print dialog, and what an adhesive does."""
-    note = assembly_words.glue_note(build)
-    return [f"{name}: {value}" for name, value in assembly_words.settings(build)] + ([note] if note else [])
-
-
-def _draw_name(sheet: PdfPage, name: str) -> None:
-    """Whose badge it is, as the badge itself is lettered."""
-    line = shape_line(set_name(name).words, bold=True)
-    points = min(18.0, NAME_MM * POINTS_PER_MM / max(line.width_em, 1e-9))
-    sheet.line(LEFT_MM, TOP_MM, line, points=points)
 
 
 def _listed(heading: str, lines: Sequence[str]) -> list[Any]:
@@ -226,7 +219,8 @@ def draw_plates(sheet: PdfPage, badge: Badge, left_mm: float, top_mm: float) -> 
 def _draw_piece(sheet: PdfPage, name: str, rect: Rect) -> None:
     """A piece's outline, its lenses sketched, and its name."""
     left, top, right, low = rect
-    for x in _between(left, right - left):
+    # Lenses part the width evenly, about `LENSES_MM` apart.
+    for x in np.linspace(left, right, max(2, int((right - left) / LENSES_MM)) + 1)[1:-1].tolist():
         sheet.path([(x, top), (x, low)], None, 0.8, closed=False)
     sheet.path([(left, low), (right, low), (right, top), (left, top)], None, 0.0, dash_mm=2.0)
     # The sheet hides its outline, and so the marks are beyond it.
@@ -239,12 +233,6 @@ def _draw_piece(sheet: PdfPage, name: str, rect: Rect) -> None:
         sheet.text(x, y, words, points=10)
     else:
         sheet.text(left + 1, low + 5, words, points=8, align="left")
-
-
-def _between(low: float, length: float) -> list[float]:
-    """Places that part a length evenly, about `LENSES_MM` apart."""
-    count = max(2, int(length / LENSES_MM))
-    return [low + length * k / count for k in range(1, count)]
 
 
 def _scale(sheet: PdfPage, x: float, y: float) -> None:

@@ -207,16 +207,13 @@ def draw_bands(sheet: PdfPage, badge: Badge, board: Rect) -> bool:
     for cell, error in zip(bands.cells, ERRORS, strict=True):
         x0, y0, x1, y1 = cell.rect_mm
         baseline, lines_per_inch = (y0 + y1) / 2 + 0.9, MM_PER_INCH / badge.lens.pitch_mm / (1 + error)
-        sheet.text(x0 - 1.5, baseline, _signed(error), points=SMALL_POINTS, align="right")
+        signed = f"{100 * error:+.0f} %".replace("-", "−") if error else "0"
+        sheet.text(x0 - 1.5, baseline, signed, points=SMALL_POINTS, align="right")
         sheet.text(x1 + 1.5, baseline, f"{lines_per_inch:.1f} LPI", points=SMALL_POINTS, align="left")
     what = "film and acrylic" if badge.lens.kind == "mask" else "the uncut lens sheet, ribs up and upright"
     words = f"First lay {what}, here. From {look_m(badge):g} m the band without stripes shows its pitch; 0 is right."
     sheet.text(sheet.page_mm[0] / 2, bands.rect_mm[1] - 1.5, words, points=SMALL_POINTS)
     return True
-
-
-def _signed(error: float) -> str:
-    return f"{100 * error:+.0f} %".replace("-", "−") if error else "0"
 
 
 def draw_bands_alone(sheet: PdfPage, badge: Badge) -> None:
