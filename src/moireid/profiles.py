@@ -63,6 +63,17 @@ def find_dot_mm(badge: Badge) -> float:
     return MM_PER_INCH / find_dpi(badge)
 
 
+def drawn_dot_mm(badge: Badge) -> float | None:
+    """Width of the printer's dots on which lines are drawn, mm; None where they are drawn free of them.
+
+    Raises: SpecError as `find_dpi`, or for a form that is none of `FORMS`.
+    """
+    form = (badge.print or {}).get("form", FORMS[0])
+    if form not in FORMS:
+        raise SpecError(f"form {form!r} of the page is not known; choose one of {', '.join(FORMS)}")
+    return None if form == "vector" else find_dot_mm(badge)
+
+
 class LensProfile(Struct, frozen=True, tag_field="kind", tag="lens-profile", rename={"found": "from"}):
     """One measured lens sheet; pitch_sd_mm: standard deviation of its pitch; found: how it was measured, for people."""
 

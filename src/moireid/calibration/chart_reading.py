@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from moireid.badge import Badge
 from moireid.dots import realised
 from moireid.errors import MediaError, SpecError
-from moireid.profiles import CHART_FAMILY, find_dot_mm
+from moireid.profiles import CHART_FAMILY, drawn_dot_mm
 from moireid.verifier.camera.plane_pose import start_poses
 from moireid.verifier.picture import LINEAR_COUNTS, counts_of
 from moireid.verifier.tracking.brightness_profiles import ProfileReader
@@ -85,18 +85,13 @@ def printed_frequencies(chart: Badge) -> Array:
 
     Convention: in the order of the cells, which is that of the bands' numbers.  Source: `dots.realised`.
     """
-    grating, dot_mm = chart.gratings[0], printed_dot_mm(chart)
+    grating, dot_mm = chart.gratings[0], drawn_dot_mm(chart)
     pitches = np.array([cell.pitch_mm for cell in grating.cells])
     if dot_mm is not None:
         pitches = pitches * [
             1 + realised(grating, cell, chart.lens.pitch_mm, dot_mm).pitch_error for cell in grating.cells
         ]
     return np.asarray(1 / pitches)
-
-
-def printed_dot_mm(chart: Badge) -> float | None:
-    """The printer's dot, mm, if the lines were drawn on dot borders; otherwise None."""
-    return find_dot_mm(chart) if (chart.print or {}).get("form") == "dots" else None
 
 
 def view_chart(

@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 
 from moireid.badge import Badge
 from moireid.calibration.bands import BandReading, read_bands
-from moireid.calibration.chart_reading import ChartView, check_chart, printed_dot_mm, printed_frequencies
+from moireid.calibration.chart_reading import ChartView, check_chart, printed_frequencies
 from moireid.errors import MediaError
 from moireid.lenticule import view_law
-from moireid.profiles import LensProfile
+from moireid.profiles import LensProfile, drawn_dot_mm
 from moireid.sheets import MM_PER_INCH, sheet_lens
 
 Array = NDArray[np.float64]
@@ -161,7 +161,7 @@ def _gap_mm(chart: Badge) -> float:
 
 def _floor_fringes(chart: Badge) -> float:
     """Error of a band in addition to its noise, fringes."""
-    dot_mm = printed_dot_mm(chart)
+    dot_mm = drawn_dot_mm(chart)
     return math.hypot(FLOOR_FRINGES, DOT_SHARE * dot_mm / chart.lens.pitch_mm) if dot_mm else FLOOR_FRINGES
 
 

@@ -41,7 +41,7 @@ from moireid.fabrication.page.sheet_layout import MARK_MM, lay_out_sheets
 from moireid.fabrication.process_figures import MountFigures
 from moireid.files import AnyPath, as_path, whole_file
 from moireid.names import line_of
-from moireid.profiles import find_dot_mm
+from moireid.profiles import drawn_dot_mm
 
 SUMMARY, SHEETS = "summary.csv", "badges.pdf"
 #: Of all people, without the mount's.
@@ -79,25 +79,24 @@ def write_sheets_pdf(
     first = badges[0]
     if any(badge.outline_mm != first.outline_mm for badge in badges):
         raise FabricationError("boards of several sizes do not share sheets; print one size at a time")
-    form, dot_mm = str((first.print or {}).get("form", "dots")), find_dot_mm(first)
     layout = lay_out_sheets(first)
     scale, count = (1 / measured_scale[0], 1 / measured_scale[1]), len(layout.places_mm)
     with whole_file(path) as temporary:
-        sheet = PdfPage(temporary, layout.page_mm, "Moiré badges", scale, None if form == "vector" else dot_mm)
+        sheet = PdfPage(temporary, layout.page_mm, "Moiré badges", scale, drawn_dot_mm(first))
         for number, badge in enumerate(badges):
             place = layout.places_mm[number % count]
             if number and number % count == 0:
                 sheet.canvas.showPage()
             sheet.origin_mm = (place[0] - badge.outline_mm[0], place[1] - badge.outline_mm[1])
-            draw_board(sheet, badge, form, dot_mm, layout.block_mm, marks(badge), MARK_MM)
+            draw_board(sheet, badge, layout.block_mm, marks(badge), MARK_MM)
             sheet.origin_mm = (0.0, 0.0)
             if number % count == 0:
                 draw_scale_bars(sheet, layout.block_mm, first.range_m)
-                draw_bands(sheet, first, form, dot_mm, layout.first_mm)
+                draw_bands(sheet, first, layout.first_mm)
         if first.lens.kind == "mask":
-            draw_mask(sheet, first, form, dot_mm, len(badges))
+            draw_mask(sheet, first, len(badges))
         if layout.bands_apart:
-            draw_bands_alone(sheet, first, form, dot_mm)
+            draw_bands_alone(sheet, first)
         sheet.save()
     return -(-len(badges) // count), count
 

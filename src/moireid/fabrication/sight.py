@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
 
@@ -114,6 +115,14 @@ def sheet_pieces(badge: Badge) -> tuple[tuple[Grating, tuple[Point, ...]], ...]:
         grating = next(g for g, (x0, y0, x1, y1) in bounds if x0 <= x <= x1 and y0 <= y <= y1)
         pieces.append((grating, corners_in_frame(badge, grating, on_page(rect, badge))))
     return tuple(pieces)
+
+
+def piece_sizes(badge: Badge) -> Counter[Point]:
+    """How many pieces of lens sheet there are of each size: width across the lenses and length along them, mm."""
+    return Counter(
+        (round(math.dist(corners[0], corners[1]), 3), round(math.dist(corners[1], corners[2]), 3))
+        for _, corners in sheet_pieces(badge)
+    )
 
 
 def has_turned(badge: Badge) -> bool:

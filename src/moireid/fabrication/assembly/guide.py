@@ -6,11 +6,12 @@ pieces of lens sheet follow in true size.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from moireid.badge import Badge, Point, Rect
 from moireid.fabrication.assembly import assembly_words
@@ -19,7 +20,7 @@ from moireid.fabrication.assembly.exploded import Part, Piece, draw_exploded, pl
 from moireid.fabrication.page.canvas import BOLD, POINTS_PER_MM, REGULAR, RIM_MM, PdfPage
 from moireid.fabrication.page.lettering import set_name
 from moireid.fabrication.page.pdf import draw_crop_marks
-from moireid.fabrication.sight import sheet_pieces
+from moireid.fabrication.sight import piece_sizes
 from moireid.fabrication.text.shaping import shape_line
 from moireid.files import whole_file
 from moireid.profiles import PAPERS_MM
@@ -69,9 +70,13 @@ def _draw_parts(sheet: PdfPage, build: BuildPlan, views: list[tuple[str, list[Pa
     if build.for_all:
         sheet.text(LEFT_MM, TOP_MM, "How to build these badges", points=16, font=BOLD, align="left")
     else:
-        _draw_name(sheet, build.badge.name)
+        # As the badge itself is lettered.
+        line = shape_line(set_name(build.badge.name).words, bold=True)
+        sheet.line(LEFT_MM, TOP_MM, line, points=min(18.0, NAME_MM * POINTS_PER_MM / max(line.width_em, 1e-9)))
         sheet.text(LEFT_MM, TOP_MM + 6, f"How to build this badge · moireid {build.badge.id}", points=9, align="left")
-    need, settings = _listed("You need", assembly_words.needs(build)), _listed("Print settings", _settings(build))
+    adhesive = filter(None, [assembly_words.glue_note(build)])
+    printing = [*(f"{name}: {value}" for name, value in assembly_words.settings(build)), *adhesive]
+    need, settings = _listed("You need", assembly_words.needs(build)), _listed("Print settings", printing)
     columns = [need, settings]
     if build.acrylic:
         heading = "The mount, in acrylic" if build.mount == "none" else "Or, in place of the printed mount, in acrylic"
@@ -85,19 +90,6 @@ def _draw_parts(sheet: PdfPage, build: BuildPlan, views: list[tuple[str, list[Pa
         x = LEFT_MM + k * (each + COLUMN_GAP_MM)
         sheet.text(x, TOP_MM + 14, heading, points=10.5, font=BOLD, align="left")
         draw_exploded(sheet, parts, (x, TOP_MM + 19, x + each, words_top - 6))
-
-
-def _settings(build: BuildPlan) -> list[str]:
-    """What to set in the print dialog, and what an adhesive does."""
-    note = assembly_words.glue_note(build)
-    return [f"{name}: {value}" for name, value in assembly_words.settings(build)] + ([note] if note else [])
-
-
-def _draw_name(sheet: PdfPage, name: str) -> None:
-    """Whose badge it is, as the badge itself is lettered."""
-    line = shape_line(set_name(name).words, bold=True)
-    points = min(18.0, NAME_MM * POINTS_PER_MM / max(line.width_em, 1e-9))
-    sheet.line(LEFT_MM, TOP_MM, line, points=points)
 
 
 def _listed(heading: str, lines: Sequence[str]) -> list[Words]:
@@ -190,55 +182,25 @@ def _views(build: BuildPlan, drawn: DrawnMounts) -> list[tuple[str, list[Part]]]
     return views
 
 
-@dataclass(frozen=True)
-class SheetPiece:
-    """One piece of sheet: its corners in order, mm, y up, the first side across the lenses; name: for people."""
-
-    name: str
-    corners: tuple[Point, ...]
-
-    @property
-    def upright(self) -> tuple[Point, ...]:
-        """Its corners with the lenses upright, from the lower left of the rectangle that holds them."""
-        (ax, ay), (bx, by) = self.corners[:2]
-        turn = -math.atan2(by - ay, bx - ax)
-        cos, sin = math.cos(turn), math.sin(turn)
-        turned = [(x * cos - y * sin, x * sin + y * cos) for x, y in self.corners]
-        low = min(x for x, _ in turned), min(y for _, y in turned)
-        return tuple((x - low[0], y - low[1]) for x, y in turned)
-
-    @property
-    def size_mm(self) -> Point:
-        """Width across the lenses, and length along them, of the rectangle that holds it."""
-        return max(x for x, _ in self.upright), max(y for _, y in self.upright)
+def pieces(badge: Badge) -> list[tuple[str, Point]]:
+    """The pieces of a badge's sheet: a name that says how many are cut, and width and length as in `piece_sizes`."""
+    sizes = piece_sizes(badge)
+    names = [f"piece {letter}" for letter in "ABCDEFGH"] if len(sizes) > 1 else ["the piece"]
+    found = zip(names, sizes.items(), strict=False)
+    return [(name if count == 1 else f"{name}: cut {count}", size) for name, (size, count) in found]
 
 
-def pieces(badge: Badge) -> list[SheetPiece]:
-    """The pieces of a badge's sheet, one of each kind, the name saying how many are cut."""
-    kinds: dict[tuple[int, int], list[tuple[Point, ...]]] = {}
-    for _, corners in sheet_pieces(badge):
-        size = SheetPiece("", corners).size_mm
-        kinds.setdefault((round(1e3 * size[0]), round(1e3 * size[1])), []).append(corners)
-    several = len(kinds) > 1
-    found = []
-    for number, same in enumerate(kinds.values()):
-        name = f"piece {'ABCDEFGH'[number % 8]}" if several else "the piece"
-        found.append(SheetPiece(name if len(same) == 1 else f"{name}: cut {len(same)}", same[0]))
-    return found
-
-
-def placed(found: list[SheetPiece], room: Rect) -> list[list[tuple[SheetPiece, Point]]]:
-    """Pages of pieces with their upper left corners: from left to right, then below, in a room of the page, mm."""
-    pages: list[list[tuple[SheetPiece, Point]]] = [[]]
+def placed(found: list[tuple[str, Point]], room: Rect) -> list[list[tuple[str, Rect]]]:
+    """Pages of pieces by name and rectangle: from left to right, then below, in a room of the page, mm."""
+    pages: list[list[tuple[str, Rect]]] = [[]]
     x, y, low = room[0], room[1], room[1]
-    for piece in found:
-        wide, tall = piece.size_mm
+    for name, (wide, tall) in found:
         if x > room[0] and x + wide > room[2]:
             x, y = room[0], low + GAP_MM
         if pages[-1] and y + tall > room[3]:
             pages.append([])
             x, y, low = room[0], room[1], room[1]
-        pages[-1].append((piece, (x, y)))
+        pages[-1].append((name, (x, y, x + wide, y + tall)))
         x, low = x + wide + GAP_MM, max(low, y + tall)
     return pages
 
@@ -246,7 +208,7 @@ def placed(found: list[SheetPiece], room: Rect) -> list[list[tuple[SheetPiece, P
 def draw_plates(sheet: PdfPage, badge: Badge, left_mm: float, top_mm: float) -> None:
     """Draw the pages of the plate, each begun anew."""
     found = pieces(badge)
-    widest, tallest = (max(piece.size_mm[k] for piece in found) for k in (0, 1))
+    widest, tallest = (max(size[k] for _, size in found) for k in (0, 1))
     papers = [page for paper_mm in (sheet.page_mm, badge.page_mm) for page in (paper_mm, paper_mm[::-1])]
     room = [page for page in papers if widest <= page[0] - 2 * RIM_MM and tallest <= page[1] - top_mm - ROOM_MM]
     width, height = room[0] if room else badge.page_mm
@@ -262,35 +224,28 @@ def draw_plates(sheet: PdfPage, badge: Badge, left_mm: float, top_mm: float) -> 
         )
         for k, line in enumerate(lines):
             sheet.text(left_mm, top_mm + 7 + 5 * k, line, points=9, align="left")
-        for piece, corner in page:
-            _draw_piece(sheet, piece, corner)
+        for name, rect in page:
+            _draw_piece(sheet, name, rect)
         _scale(sheet, left_mm, height - 14)
 
 
-def _draw_piece(sheet: PdfPage, piece: SheetPiece, corner: Point) -> None:
+def _draw_piece(sheet: PdfPage, name: str, rect: Rect) -> None:
     """A piece's outline, its lenses sketched, and its name."""
-    wide, tall = piece.size_mm
-    drawn = [(corner[0] + x, corner[1] + tall - y) for x, y in piece.upright]
-    for x in _between(corner[0], wide):
-        sheet.path([(x, corner[1]), (x, corner[1] + tall)], None, 0.8, closed=False)
-    sheet.path(drawn, None, 0.0, dash_mm=2.0)
+    left, top, right, low = rect
+    # Lenses part the width evenly, about `LENSES_MM` apart.
+    for x in np.linspace(left, right, max(2, int((right - left) / LENSES_MM)) + 1)[1:-1].tolist():
+        sheet.path([(x, top), (x, low)], None, 0.8, closed=False)
+    sheet.path([(left, low), (right, low), (right, top), (left, top)], None, 0.0, dash_mm=2.0)
     # The sheet hides its outline, and so the marks are beyond it.
-    draw_crop_marks(sheet, (corner[0], corner[1], corner[0] + wide, corner[1] + tall), None, TICK_MM)
-    words = f"{piece.name}, {wide:.1f} × {tall:.1f} mm"
-    middle = corner[0] + wide / 2, corner[1] + tall / 2
+    draw_crop_marks(sheet, rect, None, TICK_MM)
+    words = f"{name}, {right - left:.1f} × {low - top:.1f} mm"
+    x, y = (left + right) / 2, (top + low) / 2
     half = sheet.text_width_mm(words, 10) / 2 + 2
-    x0, y0, x1, y1 = middle[0] - half, middle[1] - 6, middle[0] + half, middle[1] + 3
-    if half * 2 < wide:
-        sheet.path([(x0, y0), (x1, y0), (x1, y1), (x0, y1)], 1.0, None)
-        sheet.text(*middle, words, points=10)
+    if half * 2 < right - left:
+        sheet.path([(x - half, y - 6), (x + half, y - 6), (x + half, y + 3), (x - half, y + 3)], 1.0, None)
+        sheet.text(x, y, words, points=10)
     else:
-        sheet.text(corner[0] + 1, corner[1] + tall + 5, words, points=8, align="left")
-
-
-def _between(low: float, length: float) -> list[float]:
-    """Places that part a length evenly, about `LENSES_MM` apart."""
-    count = max(2, int(length / LENSES_MM))
-    return [low + length * k / count for k in range(1, count)]
+        sheet.text(left + 1, low + 5, words, points=8, align="left")
 
 
 def _scale(sheet: PdfPage, x: float, y: float) -> None:

@@ -57,8 +57,8 @@ class PdfPage:
     """A reportlab canvas that takes page millimetres, origin top left.
 
     scale: drawn over true size along x and y, about the page's middle, which makes up for a printer's own scale;
-    dot_mm: the page is made a whole number of such dots high, less than half a dot off, because some rasters count
-    from its upper edge and some from its lower.
+    dot_mm: the printer's, None where nothing is set on its dots; the page is a whole number of them high, less than
+    half a dot off, because some rasters count from its upper edge and some from its lower.
     """
 
     def __init__(
@@ -72,7 +72,7 @@ class PdfPage:
         from reportlab.pdfgen.canvas import Canvas
 
         register_fonts()
-        self.scale, self._dot_mm = scale, dot_mm
+        self.scale, self.dot_mm = scale, dot_mm
         size = self._measure(page_mm)
         # invariant leaves out the date, so that the same badge gives the same bytes.
         # Each page begins with a font set, which would else be a Helvetica that the file does not carry.
@@ -87,7 +87,7 @@ class PdfPage:
 
     def _measure(self, page_mm: tuple[float, float]) -> tuple[float, float]:
         """Take a page's size, and return it in PDF points."""
-        self.page_mm, dot_mm = page_mm, self._dot_mm
+        self.page_mm, dot_mm = page_mm, self.dot_mm
         self.height_mm = round(page_mm[1] / dot_mm) * dot_mm if dot_mm else page_mm[1]
         return page_mm[0] * POINTS_PER_MM, self.height_mm * POINTS_PER_MM
 

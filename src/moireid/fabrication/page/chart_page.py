@@ -11,11 +11,9 @@ from pathlib import Path
 from moireid.badge import Badge, load_badge
 from moireid.errors import FabricationError
 from moireid.fabrication.page.canvas import BOLD, POINTS_PER_MM, REGULAR, PdfPage
-from moireid.fabrication.page.pdf import on_dots, write_badge_pdf
+from moireid.fabrication.page.pdf import draw_upright, write_badge_pdf
 from moireid.files import planned, write_text
-from moireid.frames import Rect
 from moireid.ink_strip import ink_patches
-from moireid.profiles import find_dot_mm
 from moireid.sheets import MM_PER_INCH
 
 PDF, JSON = "pitch-test.pdf", "pitch-test.json"
@@ -93,7 +91,7 @@ def _write_words(sheet: PdfPage, chart: Badge) -> None:
             f"Then:  moireid calibrate PHOTO --chart {JSON} --out my-lens.json",
         ],
     )
-    _fill_lines(sheet, chart, [line for patch in ink_patches(chart) for line in patch.lines_mm])
+    draw_upright(sheet, [line for patch in ink_patches(chart) for line in patch.lines_mm], "x")
     for number, cell in enumerate(grating.cells, 1):
         baseline = (cell.rect_mm[1] + cell.rect_mm[3]) / 2 + 0.36 * LABEL_POINTS / POINTS_PER_MM
         name, pitch = band_label(number, cell.pitch_mm)
@@ -102,15 +100,6 @@ def _write_words(sheet: PdfPage, chart: Badge) -> None:
         sheet.text(left - NUMBER_MM, baseline, pitch, points=TEXT_POINTS, align="right")
         sheet.text(right, baseline, name, points=LABEL_POINTS, font=BOLD, align="left")
         sheet.text(right + NUMBER_MM, baseline, pitch, points=TEXT_POINTS, align="left")
-
-
-def _fill_lines(sheet: PdfPage, chart: Badge, lines: list[Rect]) -> None:
-    """Fill upright lines, on the printer's dots if the chart's form says so."""
-    drawn = [(*sheet.place(x0, y0), *sheet.place(x1, y1)) for x0, y0, x1, y1 in lines]
-    if (chart.print or {}).get("form") != "vector":
-        dot_mm = find_dot_mm(chart)
-        drawn = [on_dots(line, "x", dot_mm) for line in drawn]
-    sheet.fill_drawn(drawn)
 
 
 def _lines(sheet: PdfPage, middle: float, first: float, room_mm: float, lines: list[str]) -> None:

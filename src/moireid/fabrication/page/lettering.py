@@ -55,31 +55,21 @@ def name_note(name: str) -> str | None:
 
     Raises: FabricationError where no font of this machine has a letter of it.
     """
-    found = set_name(name)
-    if not found.left_out:
-        return None
-    lacking, advice = _list_letters(found.left_out), advice_for(found.left_out[0])
-    if not found.words:
-        raise FabricationError(
-            f"no font on this machine has a letter of the name {name[:80]!r} ({lacking}), so the badge would bear no "
-            f"name; install {advice}, or give the name in other letters"
-        )
-    return (
-        f"the print leaves out of {name[:80]!r} what no font on this machine has ({lacking}), and shows "
-        f"{found.words[:80]!r}; claims go on naming the whole name; to print all of it, install {advice}"
-    )
+    note = line_note(name, "; claims go on naming the whole name")
+    if note is not None and not set_name(name).words:
+        raise FabricationError(f"{line_note(name)}, or give the name in other letters, as a badge must bear one")
+    return note
 
 
-def line_note(line: str) -> str | None:
+def line_note(line: str, more: str = "") -> str | None:
     """One sentence about what the print leaves out of a line below the name; None where it shows all of it."""
     found = set_name(line)
     if not found.left_out:
         return None
     shows = f"shows {found.words[:80]!r}" if found.words else "shows nothing of it"
-    lacking = _list_letters(found.left_out)
     return (
-        f"the print leaves out of {line[:80]!r} what no font on this machine has ({lacking}), and {shows}; to print "
-        f"all of it, install {advice_for(found.left_out[0])}"
+        f"the print leaves out of {line[:80]!r} what no font on this machine has ({_list_letters(found.left_out)}), "
+        f"and {shows}{more}; to print all of it, install {advice_for(found.left_out[0])}"
     )
 
 

@@ -21,7 +21,6 @@ import numpy as np
 
 from moireid.badge import Badge, Cell, Grating, Lens, Rect
 from moireid.dots import INSET_DOTS, ink_growth_mm, nearest_dot
-from moireid.errors import SpecError
 from moireid.fabrication.page.canvas import POINTS_PER_MM, RIM_MM, PdfPage
 from moireid.fabrication.page.marks import Mark, draw_marks, marker_marks, marks
 from moireid.fabrication.page.pitch_bands import ERRORS, look_m, pitch_bands
@@ -30,7 +29,7 @@ from moireid.fabrication.sight import sheet_rects
 from moireid.files import AnyPath, as_path, whole_file
 from moireid.frames import Axis, own_rect
 from moireid.layers import is_smooth
-from moireid.profiles import FORMS, find_dot_mm
+from moireid.profiles import drawn_dot_mm
 from moireid.sheets import MM_PER_INCH
 
 CROP_MARK_MM = 6.0
@@ -109,7 +108,6 @@ def write_badge_pdf(
     badge: Badge,
     path: AnyPath,
     *,
-    form: str | None = None,
     measured_scale: tuple[float, float] = (1.0, 1.0),
     write_words: Callable[[PdfPage, Badge], None] | None = None,
 ) -> None:
@@ -121,8 +119,6 @@ def write_badge_pdf(
         What is drawn.
     path : str or Path
         The PDF; an older file is replaced.
-    form : str, optional
-        Of the printed lines, one of `moireid.profiles.FORMS`; None for the badge's own.
     measured_scale : (float, float)
         Measured size over true size of an earlier print, along x and y.  The page is drawn at the
         inverse scale, so that it is printed at true size.
@@ -132,7 +128,7 @@ def write_badge_pdf(
     Raises
     ------
     SpecError
-        For another form.
+        For a printer or a form of lines that is none.
 
     Notes
     -----
@@ -140,35 +136,29 @@ def write_badge_pdf(
     Source: "dots" puts every edge on a border between the printer's dots; "vector" keeps the edges of the badge.
     """
     path = as_path(path)
-    form = form or str((badge.print or {}).get("form", FORMS[0]))
-    if form not in FORMS:
-        raise SpecError(f"form {form!r} of the page is not known; choose one of {', '.join(FORMS)}")
     with whole_file(path) as temporary:
         scale = (1 / measured_scale[0], 1 / measured_scale[1])
-        dot_mm = find_dot_mm(badge)
-        whole = None if form == "vector" else dot_mm
-        sheet = PdfPage(temporary, badge.page_mm, f"Moiré badge {badge.id or badge.name}", scale, whole)
+        title = f"Moiré badge {badge.id or badge.name}"
+        sheet = PdfPage(temporary, badge.page_mm, title, scale, drawn_dot_mm(badge))
         board = badge.outline_mm
         (x0, y0), (x1, y1) = sheet.place(board[0], board[1]), sheet.place(board[2], board[3])
         trim_mm = (x0, sheet.height_mm - y1, x1, sheet.height_mm - y0)
         sheet.canvas.setTrimBox([v * POINTS_PER_MM for v in trim_mm])
-        draw_board(sheet, badge, form, dot_mm, board, marker_marks(badge) if write_words else marks(badge))
+        draw_board(sheet, badge, board, marker_marks(badge) if write_words else marks(badge))
         if write_words:
             write_words(sheet, badge)
         draw_scale_bars(sheet, board, badge.range_m)
-        drawn = write_words is not None or draw_bands(sheet, badge, form, dot_mm, board)
+        drawn = write_words is not None or draw_bands(sheet, badge, board)
         if badge.lens.kind == "mask":
-            draw_mask(sheet, badge, form, dot_mm)
+            draw_mask(sheet, badge)
         if not drawn:
-            draw_bands_alone(sheet, badge, form, dot_mm)
+            draw_bands_alone(sheet, badge)
         sheet.save()
 
 
 def draw_board(
     sheet: PdfPage,
     badge: Badge,
-    form: str,
-    dot_mm: float,
     block: Rect,
     found: Iterable[Mark],
     mark_mm: float = CROP_MARK_MM,
@@ -179,40 +169,46 @@ def draw_board(
         of the board; mark_mm: length of the crop marks.
     """
     for grating in badge.gratings:
-        draw_lines(sheet, badge, grating, form, dot_mm, ink_growth_mm(badge))
+        draw_lines(sheet, badge, grating, ink_growth_mm(badge))
     draw_marks(sheet, found)
     draw_crop_marks(sheet, badge.outline_mm, block, mark_mm)
 
 
-def draw_lines(sheet: PdfPage, badge: Badge, grating: Grating, form: str, dot_mm: float, ink_mm: float = 0.0) -> None:
-    """Draw all dark lines of a grating of the badge, or over one, in one of the `FORMS`; turned ones as they are.
+def draw_lines(sheet: PdfPage, badge: Badge, grating: Grating, ink_mm: float = 0.0) -> None:
+    """Draw all dark lines of a grating of the badge, or over one, on the sheet's dots if it has any.
 
     Parameters: ink_mm: as for `dark_lines`.  It is measured on paper, so the mask on clear film goes without.
 
     Source: a line at an angle to the rows of dots has no border between dots to follow (`moireid.dots.on_dots`).
     """
     if is_smooth(grating):
-        draw_smooth_lines(sheet, badge.frame_of(grating), grating, form, dot_mm, ink_mm)
+        draw_smooth_lines(sheet, badge.frame_of(grating), grating, ink_mm)
         return
     lines = [line for cell in grating.cells for line in dark_lines(grating, cell, ink_mm)]
     if not isinstance(grating.axis, str):
         frame = badge.frame_of(grating)
         sheet.fill_loops([[sheet.place(x, y) for x, y in frame.corners_mm(line).tolist()] for line in lines])
         return
-    drawn = [(*sheet.place(x0, y0), *sheet.place(x1, y1)) for x0, y0, x1, y1 in lines]
-    sheet.fill_drawn(drawn if form == "vector" else [on_dots(line, grating.axis, dot_mm) for line in drawn])
+    draw_upright(sheet, lines, grating.axis)
 
 
-def draw_bands(sheet: PdfPage, badge: Badge, form: str, dot_mm: float, board: Rect) -> bool:
+def draw_upright(sheet: PdfPage, lines: Iterable[Rect], axis: Axis) -> None:
+    """Fill lines that are upright or level, each at its place along `axis`; on the sheet's dots if it has any."""
+    drawn, dot_mm = [(*sheet.place(x0, y0), *sheet.place(x1, y1)) for x0, y0, x1, y1 in lines], sheet.dot_mm
+    sheet.fill_drawn(drawn if dot_mm is None else [on_dots(line, axis, dot_mm) for line in drawn])
+
+
+def draw_bands(sheet: PdfPage, badge: Badge, board: Rect) -> bool:
     """Draw the pitch bands with their labels above a board on the sheet; False, and nothing, where there is no room."""
     bands = pitch_bands(badge, board)
     if bands is None:
         return False
-    draw_lines(sheet, badge, bands, form, dot_mm, ink_growth_mm(badge))
+    draw_lines(sheet, badge, bands, ink_growth_mm(badge))
     for cell, error in zip(bands.cells, ERRORS, strict=True):
         x0, y0, x1, y1 = cell.rect_mm
         baseline, lines_per_inch = (y0 + y1) / 2 + 0.9, MM_PER_INCH / badge.lens.pitch_mm / (1 + error)
-        sheet.text(x0 - 1.5, baseline, _signed(error), points=SMALL_POINTS, align="right")
+        signed = f"{100 * error:+.0f} %".replace("-", "−") if error else "0"
+        sheet.text(x0 - 1.5, baseline, signed, points=SMALL_POINTS, align="right")
         sheet.text(x1 + 1.5, baseline, f"{lines_per_inch:.1f} LPI", points=SMALL_POINTS, align="left")
     what = "film and acrylic" if badge.lens.kind == "mask" else "the uncut lens sheet, ribs up and upright"
     words = f"First lay {what}, here. From {look_m(badge):g} m the band without stripes shows its pitch; 0 is right."
@@ -220,20 +216,16 @@ def draw_bands(sheet: PdfPage, badge: Badge, form: str, dot_mm: float, board: Re
     return True
 
 
-def _signed(error: float) -> str:
-    return f"{100 * error:+.0f} %".replace("-", "−") if error else "0"
-
-
-def draw_bands_alone(sheet: PdfPage, badge: Badge, form: str, dot_mm: float) -> None:
+def draw_bands_alone(sheet: PdfPage, badge: Badge) -> None:
     """A page with the pitch bands alone, for boards that leave them no room."""
     sheet.turn_page(badge.page_mm)
     x0, _, x1, _ = badge.outline_mm
     middle = sheet.page_mm[0] / 2
-    draw_bands(sheet, badge, form, dot_mm, (middle - (x1 - x0) / 2, sheet.page_mm[1] / 2, middle + (x1 - x0) / 2, 0.0))
+    draw_bands(sheet, badge, (middle - (x1 - x0) / 2, sheet.page_mm[1] / 2, middle + (x1 - x0) / 2, 0.0))
     draw_scale_bars(sheet, badge.outline_mm)
 
 
-def draw_mask(sheet: PdfPage, badge: Badge, form: str, dot_mm: float, count: int = 1) -> None:
+def draw_mask(sheet: PdfPage, badge: Badge, count: int = 1) -> None:
     """The page that is printed on clear film: the mask's lines where each grating lies, with cutting marks.
 
     Parameters: count: how many badges of one layout the mask is for; each needs a print of the page.
@@ -242,7 +234,7 @@ def draw_mask(sheet: PdfPage, badge: Badge, form: str, dot_mm: float, count: int
     """
     sheet.turn_page(badge.page_mm)
     for grating in badge.gratings:
-        draw_lines(sheet, badge, mask_grating(badge.lens, grating), form, dot_mm)
+        draw_lines(sheet, badge, mask_grating(badge.lens, grating))
     x0, y0, x1, y1 = badge.outline_mm
     centre_x, centre_y = (x0 + x1) / 2, (y0 + y1) / 2
     for left, low, right, high in sheet_rects(badge):

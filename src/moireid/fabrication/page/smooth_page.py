@@ -23,16 +23,15 @@ Array = NDArray[np.float64]
 STEP_MM = 0.2
 
 
-def draw_smooth_lines(
-    sheet: PdfPage, frame: OwnFrame, grating: Grating, form: str, dot_mm: float, ink_mm: float
-) -> None:
+def draw_smooth_lines(sheet: PdfPage, frame: OwnFrame, grating: Grating, ink_mm: float) -> None:
     """Draw all lines of a smooth grating, as `pdf.draw_lines` does those of others."""
     field = line_field(grating)
     across = np.linspace(field.begin, field.end, int((field.end - field.begin) / STEP_MM) + 2)
     edges = field.edges_mm(across)
     whole = edges[..., 1] > edges[..., 0]
     edges = edges + np.where(whole[..., None], ink_mm / 2 * np.array([1.0, -1.0]), 0.0)
-    if form == "vector" or not isinstance(grating.axis, str):
+    dot_mm = sheet.dot_mm
+    if dot_mm is None or not isinstance(grating.axis, str):
         lines = zip(edges.swapaxes(0, 1), whole.T, strict=True)
         outlines = [_outline(across[seen], line[seen]) for line, seen in lines if np.count_nonzero(seen) > 1]
         sheet.fill_loops([[sheet.place(x, y) for x, y in frame.on_page(one).tolist()] for one in outlines])

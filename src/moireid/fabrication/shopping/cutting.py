@@ -22,8 +22,6 @@ from moireid.errors import FabricationError
 
 #: Cut off at each edge of a sheet, as edges are not straight; a side of which so little is missing fits, mm.
 TRIM_MM, SLACK_MM = 3.0, 1e-6
-#: A press prints no larger sheet.
-MOST_SHEET_MM = 3000.0
 
 
 @dataclass(frozen=True)
@@ -66,16 +64,13 @@ def plan_cutting(pieces: Sequence[Pieces], sheet_mm: tuple[float, float]) -> Cut
     Raises
     ------
     FabricationError
-        Where a piece does not fit the sheet, or no sheet is as large.
+        Where a piece does not fit the sheet.
 
     Notes
     -----
     Convention: no piece is turned.
     Source: module docstring; several sizes by first fit of decreasing heights.
     """
-    if max(sheet_mm) > MOST_SHEET_MM:
-        size = f"{sheet_mm[0]:g} x {sheet_mm[1]:g}"
-        raise FabricationError(f"a lens sheet of {size} mm is not sold; give sides up to {MOST_SHEET_MM:g} mm")
     wide, high = (side - 2 * TRIM_MM + SLACK_MM for side in sheet_mm)
     sheets: list[list[Pieces]] = []
     free_mm: list[float] = []

@@ -2,7 +2,7 @@
 
 Of everything that is bought there is a spare share on top, as sheets are cut wrong and cards are printed twice.
 
-Source: pieces of lens sheet by `sight.sheet_pieces`, pages by the layout that is printed (`sheet_layout`), plates and
+Source: pieces of lens sheet by `sight.piece_sizes`, pages by the layout that is printed (`sheet_layout`), plates and
 screws by the plan of the acrylic stack, products by the table of materials, hours and grams of printed mounts by a
 slicer: `mount_times.csv` has what `moireid lab bench mounts` prints, for a common printer (nozzle 0.4 mm, layers 0.2
 mm, PLA, no supports).
@@ -24,7 +24,7 @@ from moireid.fabrication.assembly.assembly_words import paper_name, screw_length
 from moireid.fabrication.mount_parts import Parts
 from moireid.fabrication.page.sheet_layout import lay_out_sheets
 from moireid.fabrication.shopping.cutting import CuttingPlan, Pieces, plan_cutting
-from moireid.fabrication.sight import sheet_pieces
+from moireid.fabrication.sight import piece_sizes
 from moireid.materials import Kind, Material, materials, materials_for
 from moireid.profiles import find_dpi
 from moireid.sheets import MM_PER_INCH, PRODUCTS
@@ -147,12 +147,7 @@ def with_spare(count: int, spare_share: float) -> int:
 
 def lens_pieces(badge: Badge, count: int) -> tuple[Pieces, ...]:
     """The pieces of lens sheet of so many badges, by size."""
-    # The side across the lenses comes first.
-    sizes = Counter(
-        (round(math.dist(corners[0], corners[1]), 3), round(math.dist(corners[1], corners[2]), 3))
-        for _, corners in sheet_pieces(badge)
-    )
-    return tuple(Pieces(*size, number * count) for size, number in sizes.items())
+    return tuple(Pieces(*size, number * count) for size, number in piece_sizes(badge).items())
 
 
 def front_words(badge: Badge) -> str:
