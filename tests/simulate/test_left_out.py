@@ -1,4 +1,4 @@
-"""What a scene does not need is left out, changes the answer by less than stated, and is reported with its time."""
+"""What a scene does not need is left out, changes the answer by less than stated, and is reported."""
 
 from __future__ import annotations
 
@@ -95,28 +95,19 @@ def test_background_left_out_leaves_the_badge_as_it_is() -> None:
 
 
 @pytest.mark.slow
-def test_the_command_leaves_out_and_tells_the_time(prototype, tmp_path: Path) -> None:
-    """Catches: an option that is not passed on; parts without their time; names that the scene does not know."""
+def test_the_command_leaves_out_and_tells_what(prototype, tmp_path: Path) -> None:
+    """Catches: an option that is not passed on; a part left out in silence; names that the scene does not know."""
     assert set(PARTS) == set(Need.__dataclass_fields__)
     (tmp_path / "badge.json").write_text(prototype.to_json(), encoding="utf-8")
     asked = ["simulate", str(tmp_path / "badge.json"), "--out", str(tmp_path / "a.mp4"), "--frames", "2"]
     asked += ["--camera", "dim", "--light", "even", *(word for part in PARTS for word in ("--leave-out", part))]
     done = CliRunner().invoke(moireid, [*asked, "--json"])
     assert done.exit_code == 0, done.output
-    document = {one["what"]: one for one in json.loads(done.stdout)["left_out"]}
-    for what in (
-        "pixels off the badge",
-        "colour",
-        "the mount",
-        "background",
-        "page and markers",
-        "rolling shutter and exposure",
-        "glare",
-    ):
-        assert document[what]["saved_s"] is not None and document[what]["how"], what
-    assert document["pixels off the badge"]["saved_s"] > 0 and document["page and markers"]["saved_s"] > 0
+    unseen = {one["what"] for one in json.loads(done.stdout)["left_out"]}
+    assert unseen >= {"colour", "background", "page and markers", "rolling shutter and exposure", "glare"}
     said = CliRunner().invoke(moireid, [*asked[:6], "--leave-out", "background", "--overwrite", "--explain"])
-    assert said.exit_code == 0 and "background (" in said.stdout and "estimated error" in said.stdout
+    assert said.exit_code == 0 and "background" in said.stdout and "estimated error" in said.stdout
+    assert "page and markers" not in said.stdout
 
 
 def shoot(badge, path: Path, *, camera: Camera = SMALL, need: Need | None = None, **options) -> FilmReport:
@@ -136,5 +127,4 @@ def test_a_film_by_mitsuba_tells_its_error(prototype, tmp_path: Path) -> None:
     """Catches: a reference without an error bar; an estimate of another setting than is filmed."""
     report = shoot(prototype, tmp_path / "a.mp4", backend="mitsuba", error_rad=0.1)
     assert 0 < report.estimate.phase_rad <= 0.1
-    document = {one.what: one for one in report.left_out}
-    assert "rolling shutter" in document and f"lens detail below {report.estimate.segments} segments" in document
+    assert {"rolling shutter", "lens detail below a segment"} <= set(report.left_out)

@@ -23,7 +23,6 @@ from moireid.simulate.flaw_table import BUILDS, PARTS, flaw_lines
 
 if TYPE_CHECKING:
     from moireid.simulate.filming import FilmReport
-    from moireid.simulate.left_out import LeftOut
 
 
 GROUPS = {
@@ -241,7 +240,7 @@ def _document(report: FilmReport) -> dict[str, Any]:
         "size": report.size,
         "camera": asdict(report.camera),
         "stages_s": {name: round(seconds, 3) for name, seconds in report.stages_s.items()},
-        "left_out": [asdict(one) for one in report.left_out],
+        "left_out": [{"what": what} for what in report.left_out],
         "estimated_error_rad": estimate.phase_rad,
         "estimated_image_error": estimate.image,
         "rays": estimate.rays,
@@ -257,14 +256,4 @@ def _explain(report: FilmReport) -> None:
     setting = f"{estimate.rays[0] * estimate.rays[1]} rays a pixel"
     setting += "" if estimate.segments is None else f" and {estimate.segments} segments a lens"
     echo(f"estimated error: {phase}, brightness {100 * estimate.image:.1f} %, with {setting}")
-    echo("not in the film, and the time that saves for each frame:")
-    for one in report.left_out:
-        echo(f"  {one.what} ({_saved(one)})")
-
-
-def _saved(one: LeftOut) -> str:
-    if one.saved_s is None:
-        return "not known"
-    if one.saved_s == 0 and one.noise_s > 0:
-        return f"none above the clock's noise of {1000 * one.noise_s:.1f} ms"
-    return f"{1000 * one.saved_s:.1f} ms"
+    echo("not in the film: " + "; ".join(report.left_out))

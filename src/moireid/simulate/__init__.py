@@ -16,7 +16,6 @@ forgeries/     what a forged film shows
 effects/       what phones, editors, calls and services do to a film
 truth.py       the ground truth of a film, as CSV; seconds by stage
 compiled.py    numba's compiler, with types
-left_out.py    what a film does not show, and the time saved by that
 shots.py       the camera's pictures, one by one, with their effects
 filming.py     the whole film: frames, file and truth
 film_badge.py  a film by names

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -20,10 +20,9 @@ from moireid.simulate.cameras import Camera
 from moireid.simulate.effects.effect import Effect, begun, timing_of
 from moireid.simulate.flaw_table import IN_MITSUBA
 from moireid.simulate.forgeries.rear_layer import ShownViews, shown_in
-from moireid.simulate.left_out import LeftOut, left_out
 from moireid.simulate.motion import Motion
 from moireid.simulate.recording.encode import FilmWriter, kept_frames, recipe_for
-from moireid.simulate.recording.sensor import Sensor, opened
+from moireid.simulate.recording.sensor import Sensor
 from moireid.simulate.scene import Instant, Scene
 from moireid.simulate.settings.painting import Painter
 from moireid.simulate.settings.places import setting_named
@@ -57,6 +56,8 @@ class FilmReport:
         That filmed it.
     stages_s : dict of str to float
         Seconds by stage of the work.
+    left_out : tuple of str
+        What no frame shows.
     """
 
     video: Path
@@ -66,18 +67,13 @@ class FilmReport:
     size: tuple[int, int]
     camera: Camera
     stages_s: dict[str, float]
+    left_out: tuple[str, ...]
     _estimated: Callable[[], Estimate] = field(repr=False, compare=False)
-    _compared: Callable[[Estimate], tuple[LeftOut, ...]] = field(repr=False, compare=False)
 
     @cached_property
     def estimate(self) -> Estimate:
         """The renderer's setting, and the phase error that it is expected to make, rad; made when it is asked for."""
         return self._estimated()
-
-    @cached_property
-    def left_out(self) -> tuple[LeftOut, ...]:
-        """What no frame shows, and the seconds a frame that this saves; measured when it is asked for."""
-        return self._compared(self.estimate)
 
 
 def truth_path(video: AnyPath) -> Path:
@@ -239,17 +235,6 @@ def film(
             if written:
                 written.result()
         stages.end("encode")
-    seen = (
-        {"the printed name", "the mount", "colour" if shot.chroma and writer.keeps_colour else ""} if setting else set()
-    )
-    sensor_s = stages.least["sensor"]
-
-    def compared(found: Estimate) -> tuple[LeftOut, ...]:
-        opening = opened(motion, camera, scene.board_half_mm, timing.count / timing.fps / 2, 1 / longest_s)[1]
-        exposed = Instant(opening[0], opening[2], opening[1].camera_mm)
-        unseen = left_out(scene, backend, found, instants[1], exposed=exposed, sensor_s=sensor_s)
-        return tuple(one for one in unseen if one.what not in seen)
-
     return FilmReport(
         video,
         truth_path(video),
@@ -258,9 +243,31 @@ def film(
         writer.size,
         camera,
         stages.seconds,
+        tuple(_left_out(scene, backend, painted=bool(setting), colour=bool(shot.chroma and writer.keeps_colour))),
         lambda: estimate or estimate_error(scene, instants),
-        compared,
     )
+
+
+def _left_out(scene: Scene, backend: str, *, painted: bool, colour: bool) -> Iterator[str]:
+    """What no frame shows; `moireid bench simulate` measures what each would change, and cost.
+
+    Parameters: painted, colour: whether a setting is painted around the badge, and whether the file is in colour.
+    """
+    need, mitsuba, lit = scene.need, backend == "mitsuba", scene.light is not None
+    unseen = {
+        "lens detail below a segment" if mitsuba else "lens detail between a pixel's rays": True,
+        "colour": not (painted and colour),
+        "the printed name and the mount": not painted,
+        "light between page and lenses": lit,
+        "Fresnel losses, glare and direction of the light": not lit,
+        "bounces within the sheet, and its hidden face": True,
+        "rolling shutter": mitsuba,
+        "background": not need.background,
+        "page and markers": not need.page,
+        "rolling shutter and exposure": not need.shutter,
+        "glare": lit and not need.glare,
+    }
+    return (what for what, missing in unseen.items() if missing)
 
 
 def _painter(setting: str | None, scene: Scene, seed: int) -> Painter | None:

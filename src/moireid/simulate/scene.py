@@ -63,7 +63,7 @@ class Need:
 
     Notes
     -----
-    `FilmReport.left_out` lists what was left out, and the seconds that this saved.
+    `FilmReport.left_out` lists what was left out.
     """
 
     background: bool = True

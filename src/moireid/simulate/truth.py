@@ -137,7 +137,6 @@ class Stages:
 
     def __init__(self) -> None:
         self.seconds = dict.fromkeys(("set up", "render", "sensor", "encode"), 0.0)
-        self.least: dict[str, float] = {}
         self._clock = 0.0
 
     def begin(self) -> None:
@@ -148,5 +147,4 @@ class Stages:
         """Count the time since the last call to a stage."""
         now = time.perf_counter()
         self.seconds[stage] += now - self._clock
-        self.least[stage] = min(now - self._clock, self.least.get(stage, math.inf))
         self._clock = now

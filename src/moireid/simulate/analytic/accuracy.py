@@ -21,7 +21,6 @@ from __future__ import annotations
 
 import itertools
 import math
-import time
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
@@ -176,21 +175,16 @@ LADDER = ((4, 1), (8, 1), RAYS, (32, 1), (32, 2), (64, 2), (64, 4), (128, 4))
 
 @dataclass(frozen=True)
 class Estimate:
-    """Expected errors of a setting: phase, RMS over strips, None where no strip shows fringes; brightness, RMS as a
-    share of the contrast; and the seconds that a frame takes, without compile time.
+    """Expected errors of a setting: phase, RMS over strips, None where no strip shows fringes; and brightness, RMS as
+    a share of the contrast.
 
-    rays: of a pixel, across and down; finer_s: seconds of a frame at the finer setting; noise_s: how far two timings of
-    the same frame differ, s; pixels: of a frame; segments: of each lens, None where the lenses are true cylinders.
+    rays: of a pixel, across and down; segments: of each lens, None where the lenses are true cylinders.
     """
 
     rays: tuple[int, int]
     phase_rad: float | None
     image: float
-    frame_s: float
-    finer_s: float = 0.0
-    pixels: int = 0
     segments: int | None = None
-    noise_s: float = 0.0
 
 
 def estimate_error(scene: Scene, instants: Sequence[Instant], rays: tuple[int, int] = RAYS) -> Estimate:
@@ -201,26 +195,16 @@ def estimate_error(scene: Scene, instants: Sequence[Instant], rays: tuple[int, i
     """
     coarse = AnalyticRenderer(scene, rays=rays)
     fine = AnalyticRenderer(scene, rays=(rays[0] * FINER[0], rays[1] * FINER[1]))
-    phases, images, seconds, finer, noise, pixels = [], [], [], [], [], 0
+    phases, images = [], []
     for instant in instants:
-        begin = time.perf_counter()
-        one = coarse.render(instant)
-        clocks = [time.perf_counter()]
-        other = fine.render(instant)
-        clocks.append(time.perf_counter())
+        one, other = coarse.render(instant), fine.render(instant)
         if one is None or other is None:
             continue
-        coarse.render(instant)
-        seconds.append(time.perf_counter() - clocks[1])
-        noise.append(abs(seconds[-1] - (clocks[0] - begin)))
-        finer.append(clocks[1] - clocks[0])
-        pixels = max(pixels, one.radiance.size)
         found = compare(scene, instant, one, other)
         images.append(found.image)
         if found.phase_rad is not None:
             phases.append(found.phase_rad)
-    frame_s, finer_s, noise_s = (min(each, default=0.0) for each in (seconds, finer, noise))
-    return Estimate(rays, _rms(phases), _rms(images) or 0.0, frame_s, finer_s, pixels, noise_s=noise_s)
+    return Estimate(rays, _rms(phases), _rms(images) or 0.0)
 
 
 def cheapest(scene: Scene, instants: Sequence[Instant], error_rad: float) -> Estimate:

@@ -30,7 +30,6 @@ Source: Mitsuba 3.9.1, plugins `dielectric`, `area`, `direct`, `perspective`; `d
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
@@ -189,34 +188,19 @@ def estimate_mitsuba(scene: Scene, instant: Instant, setting: tuple[int, int] = 
     """
     samples, segments = setting
     renderer = MitsubaRenderer(scene, samples=samples, segments=segments, seed=seed)
-    clock = time.perf_counter()
     one = renderer.render(instant)
-    first_s = time.perf_counter() - clock
     if one is None:
-        return Estimate((samples, 1), None, 0.0, 0.0, segments=segments)
-    clock = time.perf_counter()
+        return Estimate((samples, 1), None, 0.0, segments)
     other = renderer.render(instant)
-    frame_s = time.perf_counter() - clock
     finer = MitsubaRenderer(scene, samples=samples, segments=2 * segments, seed=(seed + 1) % 2**31)
-    clock = time.perf_counter()
     fine = finer.render(instant)
-    finer_s = time.perf_counter() - clock
     assert other is not None and fine is not None
     mean = replace(one, radiance=(one.radiance + other.radiance) / np.float32(2))
     noise, beyond = compare(scene, instant, one, other), compare(scene, instant, fine, mean)
     phase = None
     if noise.phase_rad is not None and beyond.phase_rad is not None:
         phase = _both(noise.phase_rad, beyond.phase_rad)
-    return Estimate(
-        (samples, 1),
-        phase,
-        _both(noise.image, beyond.image),
-        frame_s,
-        finer_s=finer_s,
-        pixels=one.radiance.size,
-        segments=segments,
-        noise_s=abs(first_s - frame_s),
-    )
+    return Estimate((samples, 1), phase, _both(noise.image, beyond.image), segments)
 
 
 def cheapest_mitsuba(scene: Scene, instant: Instant, error_rad: float, *, seed: int = 0) -> Estimate:
