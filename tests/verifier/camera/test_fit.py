@@ -81,6 +81,24 @@ def test_a_badge_moved_flat_shows_no_focal_length_and_excludes_none(rng, focal_p
     assert fit.lens_room[0] <= fit.focal_px / focal_px and fit.lens_room[1] >= 1
 
 
+@pytest.mark.claim("A page that is never turned is not taken for one that is seen from aside")
+@pytest.mark.parametrize(("seed", "focal_px"), [(0, None), (0, 1450.0), (20, None)])
+def test_a_page_that_is_never_turned_shows_neither_axis_nor_lens(seed, focal_px):
+    """Catches: an axis 1100 px aside, as far from it poses follow a noise of 0.002 px; a lens that is excluded by where
+    the search stopped.  A true film of a frontal circle was rejected for the first.
+    """
+    rng, times = np.random.default_rng(seed), np.arange(60) / FPS
+    angle = 2 * np.pi * times / times[-1]
+    camera = np.column_stack([*(MIDDLE + 150 * np.column_stack([np.cos(angle), np.sin(angle)])).T, np.full(60, -900.0)])
+    points = registered(project(camera, Rotation.identity(60), 1450.0), rng, 0.002)
+    wider = 1e-4 * rng.standard_normal((60, 1, 1)) * [1.0, 0.0]
+    fit = fitted(points + (points - points.mean(axis=1, keepdims=True)) * wider, times, focal_px)
+    assert np.abs(fit.axis_px).max() < 15.0
+    assert fit.parallel == (focal_px is None)
+    true = tangents(camera)
+    assert tangents(fit.camera_mm) - true == pytest.approx(np.zeros_like(true), abs=0.02)
+
+
 def test_a_badge_that_turns_shows_its_focal_length(rng):
     """Catches: any lens that is allowed for a film which shows its own; a span that leaves out the true one."""
     times = np.arange(120) / FPS

@@ -66,6 +66,9 @@ FIGURES = ("focal", "shutter", "bend", "bend_far", "axis_x", "axis_y", "aspect",
 BEND_AT, AXIS_AT = slice(2, 4), slice(4, 6)
 #: Share of an unknown's step used for finite differences.
 PROBE = 0.05
+#: A film adds at least this share to what is known of its focal length beforehand, or it excludes no lens: where in the
+#: long valley the search stopped would decide.  Derived: of 1 % one standard deviation is a factor of 4.5.
+LEAST_ADDED_SHARE = 0.01
 #: Most frames used to estimate the film-wide unknowns.
 SOLVE_FRAMES = 300
 #: Most frames from which each of them is first estimated alone, as a start of the joint search over all of those.
@@ -115,6 +118,8 @@ class FilmCamera:
         self._middle = (image_px[0] - 1) / 2.0, (image_px[1] - 1) / 2.0
         #: Where the optical axis meets the picture, from its middle, in long sides of the picture.
         self.axis = np.zeros(2)
+        #: Whether it is taken to be in the middle, as the film does not show it.
+        self._centred = False
         #: Logarithm of a pixel's width over its height; points are made square with it.
         self.stretch, self._stretched = 0.0, False
         self.print_aspect = 0.0
@@ -184,13 +189,18 @@ class FilmCamera:
             return self.focal, self.focal
         usual, found = 1 / FOCAL_PRIOR_RATIO, self._long_side / self.focal
         prior, both = FOCAL_PRIOR_SD_LOG**-2, 1 / max(self.covariance[0, 0], 1e-12)
-        own = max(both - prior, 1e-3)
+        own = max(both - prior, LEAST_ADDED_SHARE * prior)
         middle = found * (1 + prior / own * math.log(found / usual))
         reach = GAIN_REJECTED_SDS * found / math.sqrt(own)
         least, most = LENS_RATIOS
         far = np.clip(middle - reach, 1 / most, found)
         near = np.clip(middle + reach, found, max(1 / least, found))
         return self._long_side / float(near), self._long_side / float(far)
+
+    @property
+    def parallel(self) -> bool:
+        """Whether the film does not exclude the longest lens, whose rays are next to parallel."""
+        return not self._given and self.focal_span_px[1] >= 0.99 * LENS_RATIOS[1] * self._long_side
 
     @property
     def shown(self) -> dict[str, float]:

@@ -21,7 +21,7 @@ from moireid.verifier.camera.fast_poses import lasting_error_px, slow_to_fast
 from moireid.verifier.camera.map_search import unzoomed, zoom_path
 from moireid.verifier.camera.plane_pose import PlanePoses
 from moireid.verifier.camera.self_calibration import FilmWide
-from moireid.verifier.limits import LENS_RATIOS, MAX_LASTING_PX
+from moireid.verifier.limits import MAX_LASTING_PX
 from moireid.verifier.measuring import FOCAL_RANGE_RATIO, LENS_MODEL_SD_SHARE
 
 Array = NDArray[np.float64]
@@ -135,7 +135,7 @@ def fit_camera(
         tangent_shape,
         film.focal_span_px,
         film.shown,
-        camera is None and film.focal_span_px[1] >= 0.99 * LENS_RATIOS[1] * max(image_px),
+        film.parallel,
     )
 
 

@@ -5,7 +5,8 @@
 3. All together, from a lens without distortion and from a barrel.
 4. If the focal length is far from its prior, estimate it again on a steady camera path (`smoothing`).
 5. If a tremor hides between the frames, rows are less precise than they seem: estimate all again with that slack.
-6. Error bars cover the other solutions, as far as the film leaves them likely.
+6. If the axis ran off, as the film does not show it, estimate all again with it in the middle.
+7. Error bars cover the other solutions, as far as the film leaves them likely.
 Convention: as `film_camera`.
 Source: maximum a posteriori over reprojection error.
 """
@@ -79,8 +80,26 @@ class FilmWide(FilmCamera):
             best._solve_again()
         best._count_once()
         best._loosen()
+        if best._astray():
+            middle = copy.copy(self)
+            middle._centred = True
+            return middle.solve()
         best._cover([film for film in tried if film is not best])
         return best
+
+    def _astray(self) -> bool:
+        """Whether the axis is far from the middle, and the film shows no perspective from which to know that.
+
+        A page that is seen from the front and never turns shows neither lens nor axis, and far from the axis poses have
+        more freedom to follow errors of some thousandths of a pixel; the fringes would be predicted from aside.
+        """
+        if self._known or np.abs(self.axis).max() < AXIS_FAR_SHARE:
+            return False
+        any_lens = copy.copy(self)
+        if self._given:
+            any_lens._given, any_lens._guess = False, self._usual
+            any_lens._solve_together()
+        return any_lens.parallel
 
     def _begin_from(self, few: FilmWide) -> None:
         """Take over what was estimated from fewer frames, as a start."""
@@ -153,6 +172,8 @@ class FilmWide(FilmCamera):
         most = NEARLY_AS_GOOD * float(np.median(self._errors()))
         starts = []
         for camera in found:
+            if camera is not None and self._centred:
+                camera = replace(camera, axis=np.zeros(2))
             if camera is not None and self._far(camera):
                 # With a free aspect, noise shortens the closed form's focal length; the guess may be nearer.
                 usual = replace(camera, focal=self._guess / self._long_side)
@@ -194,7 +215,8 @@ class FilmWide(FilmCamera):
         page = [8] if self._twisted else []
         if self._known:
             return [1, 7, *page]
-        return [*([0] if zoom and not self._given else []), *range(1, 7), *([] if self._stretched else [7]), *page]
+        axis = [] if self._centred else [4, 5]
+        return [*([0] if zoom and not self._given else []), 1, 2, 3, *axis, 6, *([] if self._stretched else [7]), *page]
 
     def _far(self, camera: ClosedForm) -> bool:
         """Whether a camera is far from a usual one, and possible."""
