@@ -63,6 +63,8 @@ def paper_text(rows: Iterable[Row]) -> str:
 def _table(cells: Iterable[Sequence[str]]) -> str:
     """A table in Markdown, of which the first row is the heading."""
     rows = [f"| {' | '.join(one)} |" for one in cells]
+    if len(rows) == 1:
+        return "*Nothing of this is measured yet.*"
     return "\n".join([rows[0], "|" + "---|" * (rows[0].count(" | ") + 1), *rows[1:]])
 
 
@@ -76,16 +78,16 @@ def _cells(name: list[str], document: dict[str, Any], versions: dict[str, str]) 
         for entry in (by_name[one] for one in README if one in by_name):
             yield entry["text"], entry["films_by"], *_counts(entry), _interval(entry)
     elif name == ["all"]:
-        yield "question", "films by", "films", *OUTCOMES, "right, 95 %", "command", "version", "date"
+        yield "question", "films by", "films", *OUTCOMES, "right, 95 %", "command", "version, date"
         for entry in questions:
-            version = entry["version"] if entry in now else f"older, {entry['version']}"
+            version = f"{'' if entry in now else 'older, '}{entry['version']}, {entry['date']}"
             cells = (entry["text"], entry["films_by"], *_counts(entry), _interval(entry))
-            yield *cells, f"`{entry['command']}`", version, entry["date"]
+            yield *cells, f"`{entry['command']}`", version
     elif name == ["parts"]:
         yield "part", "cases", "processor s a case", "hours of two cores"
         for part in document["parts"]:
             hours = part["cases"] * part["s_a_case"] / 7200
-            yield f"`{part['part']}`", str(part["cases"]), f"{part['s_a_case']:g}", f"{hours:.2g}"
+            yield f"`{part['part']}`", str(part["cases"]), f"{part['s_a_case']:g}", f"{hours:.2f}"
     elif name[0] == "paper":
         rows = kept_rows(SCOREBOARD.with_name(ROWS)).values()
         yield from TABLES[name[1]]([row for row in rows if row["part"] == "paper"])
