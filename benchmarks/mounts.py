@@ -24,6 +24,7 @@ from moireid.errors import MoireIdError
 from moireid.fabrication.printed.mount import KINDS, write_mount
 from moireid.fabrication.solids import overhang_mm2
 from moireid_lab.bench.bench_frame import Bench, Row, Wish
+from moireid_lab.bench.bench_rows import chosen_names
 
 #: Width and height in mm, sheet, range in m.
 FORMATS = {
@@ -80,7 +81,7 @@ def figures_of(badge: Badge, kind: str, folder: Path) -> Iterator[Row]:
 
 def rows(wish: Wish) -> Iterator[Row]:
     """One row a format, mount and part."""
-    wanted = wish.chosen(f"{name} {kind}" for name in FORMATS for kind in KINDS)
+    wanted = chosen_names([f"{name} {kind}" for name in FORMATS for kind in KINDS], wish.only)
     for one in wanted:
         name, kind = one.split()
         size_mm, lens, range_m = FORMATS[name]

@@ -1,8 +1,7 @@
 """The films of `verify_speed.py`: what phones film on good days and on bad ones, and what shows no badge at all.
 
-The outside films of 2 to 4 seconds are in tests/data/films.  The others are by our own simulator: 20 s of measured
-motions ("handheld", "walk"), and 10 s where there are 240 frames a second.  A `Room` of
-boxes and shelves, as textured as a real one, fills the films without a badge.
+They are by our own simulator: 20 s of measured motions ("handheld", "walk"), and 10 s where there are 240 frames a
+second.  A `Room` of boxes and shelves, as textured as a real one, fills the films without a badge.
 """
 
 from __future__ import annotations
@@ -18,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from moireid.badge import Badge, load_badge
+from moireid.badge import Badge
 from moireid.designer import Order, design_badge, payload_from_hex
 from moireid.simulate.cameras import Camera, camera_named
 from moireid.simulate.filming import film
@@ -27,8 +26,7 @@ from moireid.simulate.scene import Build, Scene
 
 Array = NDArray[np.float64]
 Picture = NDArray[np.uint8]
-OUTSIDE = Path(__file__).parent.parent / "tests" / "data" / "films"
-SHORT = OUTSIDE / "genuine_2.0m.mp4"
+SHORT = Path(__file__).parent.parent / "tests" / "data" / "films" / "genuine_2.0m.mp4"
 SECONDS, SEED, DISTANCE_MM = 20.0, 3, 1000.0
 BADGE = design_badge(Order("Ada Lovelace", lens="50lpi"), payload_from_hex("7097c67b0fafc59b"))
 OTHER = design_badge(Order("Grace Hopper", lens="50lpi"), payload_from_hex("0123456789abcdef"))
@@ -41,7 +39,7 @@ BOARD_PX_PER_MM = 4
 
 @dataclass(frozen=True)
 class SpeedFilm:
-    """A film by name, the badge that is claimed, its file's name, and what writes it; None: the file is there.
+    """A film by name, the badge that is claimed, its file's name, and what writes it.
 
     Convention: films of one file name are one film, judged by several claims.
     """
@@ -49,12 +47,10 @@ class SpeedFilm:
     name: str
     badge: Badge
     file: str
-    write: Callable[[Path], None] | None = None
+    write: Callable[[Path], None]
 
     def within(self, folder: Path) -> Path:
         """The film, written into the folder unless it is there."""
-        if self.write is None:
-            return OUTSIDE / self.file
         path = folder / self.file
         if not path.exists():
             self.write(path)
@@ -63,9 +59,6 @@ class SpeedFilm:
 
 def speed_films() -> Iterator[SpeedFilm]:
     """The stated set; nothing is written yet."""
-    prototype, mask = (load_badge(OUTSIDE / f"{name}.json") for name in ("badge", "badge_mask"))
-    for name, badge in (("genuine_1.0m", prototype), ("genuine_2.0m", prototype), ("rendered_path_1.4m", mask)):
-        yield SpeedFilm(f"outside {name}", badge, f"{name}.mp4")
     phone, room = camera_named("phone"), Room(camera_named("phone"))
     large, shaken = replace(phone, width=3840, height=2160, focal_px=2 * phone.focal_px), camera_named("sharpened")
     usual = partial(_filmed, phone, seconds=SECONDS)

@@ -1,7 +1,6 @@
 """Processor time of a verify over that of decoding: run `moireid lab bench verify --keep DIR`.
 
-The films are those of `speed_films.py`; `--keep` keeps them.  The outside films of the tests are too short, and are
-shown five times over; their packets are copied, so nothing is coded again, and where a loop ends the badge jumps.
+The films are those of `speed_films.py`; `--keep` keeps them.
 
 Measured is a whole verify over decoding the whole film by two threads of FFmpeg, once the libraries are loaded: the
 least of two runs, in CPU seconds of all threads.  Each film has a process of its own, with the
@@ -21,28 +20,9 @@ from speed_films import SHORT, speed_films
 from moireid.verifier import Question, verify
 from moireid_lab.bench.part import OWN, RIGHT, WRONG, Asked, Part, Row
 
-LOOPS, RUNS, THREADS = 5, 2, 2
+RUNS, THREADS = 2, 2
 #: The most that a check should take, over decoding.
 MOST = 1.8
-
-
-def looped(film: Path, out: Path) -> Path:
-    """The film over and over, its packets copied."""
-    with av.open(str(out), "w") as made:
-        stream, offset = None, 0
-        for _ in range(LOOPS):
-            last = 0
-            with av.open(str(film)) as source:
-                seen = source.streams.video[0]
-                stream = stream or made.add_stream_from_template(seen)
-                for packet in source.demux(seen):
-                    if packet.dts is None or packet.pts is None:
-                        continue
-                    last = max(last, packet.pts + (packet.duration or 0))
-                    packet.pts, packet.dts, packet.stream = packet.pts + offset, packet.dts + offset, stream
-                    made.mux(packet)
-            offset += last
-    return out
 
 
 def decode_cpu_s(film: Path) -> float:
@@ -63,7 +43,7 @@ def judged(name: str, folder: Path) -> Row:
     one = next(film for film in speed_films() if film.name == name)
     own = folder / re.sub(r"\W+", "_", name)
     own.mkdir(exist_ok=True)
-    film = one.within(own) if one.write else looped(one.within(own), own / one.file)
+    film = one.within(own)
     claim = Question(one.badge, one.badge.id)
     verify(SHORT, claim)
     decode_s, verify_s = [], []
@@ -84,4 +64,4 @@ def cases(asked: Asked) -> dict[str, str]:
 
 
 QUESTIONS = {"speed": "Does a check take at most 1.8 times the processor time of decoding?"}
-PART = Part(QUESTIONS, f"{OWN}; outside: tests/data/films", cases, judged)
+PART = Part(QUESTIONS, OWN, cases, judged)

@@ -22,8 +22,7 @@ from typing import Any
 import av
 import numpy as np
 from photograph import photograph
-from PIL import Image
-from skimage import data
+from PIL import Image, ImageDraw, ImageFont
 
 from moireid.badge import load_badge
 from moireid.lenticule import trace_mm, view_law
@@ -48,9 +47,9 @@ WORN = {
     "court": '"Amal Example" --payload 0f38c1a2b3d4e5f6 --line "Interpreter" --line "District Court 4"',
     "webcam": '"Emmy Noether" --payload f002052e53c33d71 --line "Example University"',
     "banner": '"Chien-Shiung Wu" --payload 84d1f06b92c37ae5 --line "Speaker"',
-    "campus": '"Σοφία Νικολάου" --payload 3a91c05e77d2b846 --line "Φυσική" --line "Example University"',
-    "minimal": '"محمد بن سلمان" --payload 2b7e151628aed2a6 --line "مهندس"',
-    "stripes": '"नरेन्द्र क्षत्रिय" --payload c26e19d85b03f74a --line "संवाददाता"',
+    "campus": '"Υπατία" --payload 3a91c05e77d2b846 --line "Φυσική" --line "Example University"',
+    "minimal": '"ابن الهيثم" --payload 2b7e151628aed2a6 --line "مهندس"',
+    "stripes": '"आर्यभट" --payload c26e19d85b03f74a --line "संवाददाता"',
     "gala": '"Maria Sibylla Merian" --payload 308628aabbccdd01 --line "Guest of honour"',
 }
 #: Those that show a portrait.
@@ -112,8 +111,7 @@ def _badge(work: Path, name: str, wish: str) -> None:
 def _worn(work: Path) -> None:
     """A badge in each template side by side, and one that moves."""
     (work / "logo.svg").write_text(LOGO, encoding="utf-8")
-    # Free of rights; it comes with scikit-image.
-    Image.fromarray(data.astronaut()[0:290, 110:342]).save(work / "face.png")
+    _face().save(work / "face.png")
     shown = []
     for template, wish in WORN.items():
         size = "--format webcam" if template == "webcam" else "--format a6 --orientation portrait"
@@ -139,10 +137,31 @@ def _worn(work: Path) -> None:
     shutil.copyfile(work / "worn-conference" / "preview.webp", OUT / "worn.webp")
 
 
+def _face() -> Image.Image:
+    """A drawn figure in place of a portrait, which would show a person."""
+    picture = Image.new("RGB", (232, 290), "#dbe4ea")
+    draw = ImageDraw.Draw(picture)
+    draw.ellipse((16, 190, 216, 400), fill="#22577a")
+    draw.ellipse((66, 60, 166, 190), fill="#c98f6b")
+    draw.chord((60, 44, 172, 170), 180, 360, fill="#3b2a20")
+    return picture
+
+
+def _labelled(picture: Image.Image, share: int = 45) -> Image.Image:
+    """The picture with the word "simulated" in its lower right corner, so many times smaller than it is wide."""
+    made = picture.convert("RGB")
+    font, draw = ImageFont.load_default(max(11, made.width // share)), ImageDraw.Draw(made)
+    left, top, right, bottom = draw.textbbox((made.width - 6, made.height - 6), "simulated", font, "rb")
+    draw.rectangle((left - 4, top - 3, right + 4, bottom + 4), fill="white")
+    draw.text((made.width - 6, made.height - 6), "simulated", "#1f2a37", font, "rb")
+    return made
+
+
 def _photograph(work: Path) -> None:
     """The badge of a speaker as it is worn, path-traced: some minutes of work."""
     made = photograph(work / "worn-conference" / "badge.json", rays=512)
-    made.save(OUT / "photograph.webp", quality=80, method=6)
+    # README shows it small.
+    _labelled(made, 20).save(OUT / "photograph.webp", quality=80, method=6)
 
 
 def _scenes(work: Path) -> None:
@@ -160,7 +179,7 @@ def _scenes(work: Path) -> None:
             _, picture = reader.read()
         small = Image.fromarray(picture[..., ::-1]).resize(SCENE_PX, Image.Resampling.LANCZOS)
         shown.paste(small, (number % 2 * (SCENE_PX[0] + 8), number // 2 * (SCENE_PX[1] + 8)))
-    shown.save(OUT / "scenes.webp", quality=72, method=6)
+    _labelled(shown).save(OUT / "scenes.webp", quality=72, method=6)
 
 
 def _moving(work: Path) -> None:
@@ -178,7 +197,8 @@ def _moving(work: Path) -> None:
             [frame.crop((491, 200, 821, 530)).resize((320, 320), Image.Resampling.LANCZOS) for frame in frames]
         )
     pictures = [
-        Image.fromarray(np.hstack([np.asarray(true), np.asarray(fake)])) for true, fake in zip(*shown, strict=True)
+        _labelled(Image.fromarray(np.hstack([np.asarray(true), np.asarray(fake)])))
+        for true, fake in zip(*shown, strict=True)
     ]
     # There and back, so that it goes on without a jump.
     pictures += pictures[-2:0:-1]
@@ -213,7 +233,7 @@ def _side_by_side(work: Path) -> None:
         words += [title, film, str(work / name)]
     subprocess.run([sys.executable, "examples/side_by_side.py", str(work / "both.mp4"), *words], check=True)
     with Image.open(work / "both.png") as still:
-        still.convert("RGB").save(OUT / "true_and_forged.webp", quality=80, method=6)
+        _labelled(still).save(OUT / "true_and_forged.webp", quality=80, method=6)
 
 
 def _report(work: Path) -> None:
@@ -230,7 +250,7 @@ def _report(work: Path) -> None:
         shot = page.screenshot(full_page=True)
         browser.close()
     with Image.open(io.BytesIO(shot)) as picture:
-        picture.convert("RGB").save(DOCS / "report.webp", quality=50, method=6)
+        _labelled(picture).save(DOCS / "report.webp", quality=50, method=6)
 
 
 def _rays() -> None:

@@ -12,11 +12,11 @@ bench_frame.py what is asked of a bench, its cases, rows, table, plot and files
 bench_rows.py  rows made by the engine of collections (moireid_lab.archive), kept between runs
 bench_plots.py the one plot of a bench
 cost.py        the processor time of commands over that of bare packages
-verdicts.py    what a row keeps of a report
 suites.py      the suites, and the module of each bench; those in benchmarks/ too
 live.py        simulated challenges and calls, and replays of earlier answers
 paper_films.py the films of the paper's experiments, and stand-ins for what cannot be had
-published.py   the paper's tables next to ours: both pipelines on those films
+paper_tables.py the paper's tables next to ours
+paper.py       films of the paper's experiments, scored by both pipelines
 reality.py     the reality suite: films by phones, editors, calls and services
 stability.py   the stability suite: stiff and extreme badges, builds, pictures and motions
 """

@@ -11,8 +11,7 @@ import json
 import os
 import platform
 import tempfile
-from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -21,16 +20,12 @@ from moireid import __version__
 from moireid.errors import MoireIdError, SpecError
 from moireid.files import planned, whole_file, write_text
 from moireid_lab.bench.bench_plots import plot_of
-from moireid_lab.bench.bench_rows import Where, chosen_names, make_rows, sources_digest
+from moireid_lab.bench.bench_rows import Where, chosen_names, make_rows
 from moireid_lab.bench.part import Asked, Part
 from moireid_lab.bench.part import Row as Row
-from moireid_lab.bench.scoreboard import OUTCOMES, counted, described, judged
+from moireid_lab.bench.scoreboard import OUTCOMES, counted, current_version, described, judged
 from moireid_lab.bench.suites import module_of
 from moireid_lab.evaluation.text_table import Columns, table_lines
-
-
-def _quiet(done: int, total: int | None) -> None:
-    """Report no progress."""
 
 
 @dataclass(frozen=True)
@@ -49,33 +44,8 @@ class Wish:
     kept: Path | None = None
     folder: Path | None = None
     where: Where = field(default_factory=Where)
-    progress: Callable[[int, int | None], None] = _quiet
+    progress: Callable[[int, int | None], None] = lambda done, total: None
     data: Path | None = None
-
-    def chosen(self, names: Iterable[str]) -> list[str]:
-        """The names that are wanted.  Raises: SpecError where none is."""
-        return chosen_names(list(names), self.only)
-
-    def each(self, work: Callable[[Any], Row], jobs: Mapping[str, Any]) -> Iterator[Row]:
-        """A row of each job, by name, in their order, made by the engine of collections; kept ones are not made again.
-
-        work: a function at the top of a module.  Raises: SpecError where no name is wanted; MoireIdError where a job
-        gave no row, once the others are kept.
-        """
-        start = f"{sources_digest(work.__module__)} {'quick' if self.quick else 'usual'} {self.seed}"
-        keyed = {f"{start} {name}": jobs[name] for name in self.chosen(jobs)}
-        rows, lost = make_rows(work, keyed, kept=self.kept, where=self.where, progress=self.progress)
-        if lost:
-            raise MoireIdError(f"{len(lost)} films of the bench gave no figures, first {lost[0]}; the others are kept")
-        return iter([rows[key] for key in keyed])
-
-
-def counted_verdicts(rows: Sequence[Row], reasons: int = 3) -> Row:
-    """How many rows have each verdict, and the most frequent reasons of those that were not accepted."""
-    counts = Counter(row["verdict"] for row in rows)
-    why = Counter(code for row in rows for code in row["why"]).most_common(reasons)
-    verdicts = {name: counts[name] for name in ("accept", "inconclusive", "reject")}
-    return verdicts | {"reasons": ", ".join(code for code, _ in why)}
 
 
 def grouped(rows: Iterable[Row], *keys: str) -> dict[Any, list[Row]]:
@@ -117,15 +87,19 @@ def bench_of(name: str) -> Bench:
 def of_part(name: str, part: Part) -> Bench:
     """The bench of a part: all its cases, or the first of them; counts by kind, then what was not right."""
 
-    def rows(wish: Wish) -> Iterator[Row]:
+    def rows(wish: Wish) -> list[Row]:
         if part.needs_data and wish.data is None:
             raise SpecError(f"{name} draws badges into clips by others; give their folder by --data DIR")
-        asked = Asked(wish.clips, wish.data)
+        asked, version = Asked(wish.clips, wish.data), current_version(name)
         cases = list(part.cases(asked))
+        some = cases[: max(part.short, 3)] if wish.quick and wish.only is None else chosen_names(cases, wish.only)
         with tempfile.TemporaryDirectory() as temporary:
             folder = wish.folder or Path(temporary)
-            some = cases[: max(part.short, 3)] if wish.quick and wish.only is None else cases
-            yield from wish.each(judged, {case: (name, case, "", asked, folder) for case in some})
+            jobs = {f"{version} {wish.clips} {case}": (name, case, version, asked, folder) for case in some}
+            made, lost = make_rows(judged, jobs, kept=wish.kept, where=wish.where, progress=wish.progress)
+        if lost:
+            raise MoireIdError(f"{len(lost)} cases of the bench gave no figures, first {lost[0]}; the others are kept")
+        return [made[key] for key in jobs]
 
     def table(rows: list[Row]) -> Iterator[Row]:
         for question in part.questions:

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import hashlib
 import re
-import sys
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
 from typing import Any
 
 from moireid.errors import SpecError
-from moireid.result_cache import keep_row, kept_rows, program_digest
+from moireid.result_cache import keep_row, kept_rows
 from moireid_lab.archive.engine import Task, run_tasks
 from moireid_lab.archive.isolated import Limits, LostJob
 from moireid_lab.bench.part import Row
@@ -39,15 +36,6 @@ def chosen_names(names: Sequence[str], only: str | None) -> list[str]:
     if not chosen:
         raise SpecError(f"no case's name holds {only!r}; leave out --only to see all names in the table")
     return chosen
-
-
-@cache
-def sources_digest(module: str) -> str:
-    """Digest of the project's sources, and of those in the folder of a bench's own module."""
-    own = hashlib.sha256()
-    for path in sorted(Path(str(sys.modules[module].__file__)).parent.rglob("*.py")):
-        own.update(path.read_bytes())
-    return program_digest() + own.hexdigest()[:16]
 
 
 def make_rows(

@@ -9,18 +9,24 @@ which at 1.1 m just keeps all markers in view, and its turns have 0.5 degrees (r
 coded almost without loss (CRF 4); the board turns by 30 degrees in B (steadily, then to and fro), and by up to 12 about
 each axis in D; in A and D the camera goes once round a circle of 0.4 m.
 
+One film of each set is path-traced too, with as few samples as leave an error of 0.02 rad.
+
 Stand-ins: no recording and no generated film can be had.  For recordings there are this project's simulated phone films
-in twelve settings and outdoors, for generated films fringes that know nothing of the law.  Both are shorter than the
-paper's, 3 s at 30 and 4 s at 24 or 25 frames a second, as 179 films of 8 to 14 s take hours here.
+in twelve settings and outdoors.  For generated films there are fringes that know nothing of the law: they drift, stay,
+wander, boil in patches, change their spacing, follow the place in the picture at another rate, melt or morph from one
+picture to the next.  Both are shorter than the paper's, 3 s at 30 and 4 s at 24 or 25 frames a second, as 179 films of
+8 to 14 s take hours here.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import cache
 from typing import Any
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
@@ -33,8 +39,11 @@ from moireid.simulate.forgeries.rear_layer import ShownViews, SquaredUp
 from moireid.simulate.light import light_named
 from moireid.simulate.motion import Motion, Poses, motion_named
 from moireid.simulate.scene import Scene
+from moireid_lab.bench.part import interleaved
 
 Array = NDArray[np.float64]
+Picture = NDArray[np.float32]
+PAGE_MM, MARKER_MM = (203.2, 254.0), 36.0
 PITCH_MM, LINES = 0.52, 160
 SHEET = Lens("lenticular", 0.508, 1.0, 1.56)
 DISTANCES_M = (1.1, 1.2, 1.3, 1.4, 1.5, 1.6, 1.7)
@@ -45,7 +54,7 @@ PHONE = Camera(1280, 720, 966.7)
 GENERATORS = {"Grok": (848, 480, 24), "LTX-2": (1920, 1080, 25), "Veo": (1280, 720, 24)}
 #: How many films of each generator the paper keeps.
 KEPT = {"Grok": 36, "LTX-2": 21, "Veo": 35}
-FALSE = ("drift", "frozen", "randomwalk", "patchy", "generative", "key pictures")
+FALSE = ("drift", "frozen", "randomwalk", "patchy", "generative", "place", "melt", "morph")
 
 
 @dataclass(frozen=True)
@@ -53,7 +62,7 @@ class PaperFilm:
     """One film: its set and name, what is filmed and how.
 
     how: for `simulate.filming.film`; compensated: whether the published pipeline leaves rotation out; known: whether it
-    is given the focal length; marked: the region's corners are given by hand.
+    is given the focal length; marked: the region's corners are given by hand; true: the fringes are the badge's own.
     """
 
     set: str
@@ -64,21 +73,22 @@ class PaperFilm:
     compensated: bool = True
     known: bool = False
     marked: bool = False
+    true: bool = True
 
 
-def board(axes: str = "x", *, page_mm: tuple[float, float] = (203.2, 254.0), marker_mm: float = 36.0) -> Badge:
+def board(axes: str = "x") -> Badge:
     """The board, with a uniform field of 160 lines, or two orthogonal ones above each other."""
     width, tall = LINES * PITCH_MM, LINES * PITCH_MM if len(axes) == 1 else 70.0
-    x0, gratings = (page_mm[0] - width) / 2, []
+    x0, gratings = (PAGE_MM[0] - width) / 2, []
     for axis, middle in zip(axes, (0.5,) if len(axes) == 1 else (0.35, 0.65), strict=True):
-        y0 = middle * page_mm[1] - tall / 2
+        y0 = middle * PAGE_MM[1] - tall / 2
         rect = (x0, y0, x0 + width, y0 + tall)
         cell = Cell(rect, PITCH_MM, x0 if axis == "x" else y0, 0.5)
         gratings.append(Grating(rect, "x" if axis == "x" else "y", PITCH_MM, "uniform", (cell,)))
-    near = marker_mm / 2 + marker_mm / 6
-    right, low = page_mm[0] - near, page_mm[1] - near
-    markers = Markers("DICT_4X4_50", marker_mm, (0, 1, 2, 3), ((near, near), (right, near), (right, low), (near, low)))
-    return Badge(None, "Published board", page_mm, SHEET, tuple(gratings), markers)
+    near = MARKER_MM / 2 + MARKER_MM / 6
+    right, low = PAGE_MM[0] - near, PAGE_MM[1] - near
+    markers = Markers("DICT_4X4_50", MARKER_MM, (0, 1, 2, 3), ((near, near), (right, near), (right, low), (near, low)))
+    return Badge(None, "Published board", PAGE_MM, SHEET, tuple(gratings), markers)
 
 
 def turning(seed: int, degrees: float) -> Callable[[Array], Array]:
@@ -151,26 +161,26 @@ def renderings() -> Iterator[PaperFilm]:
     yield PaperFilm("D", "D", both, turns, how | {"frames": 240})
 
 
+def traced() -> Iterator[PaperFilm]:
+    """The first film of each set of the renderings, path-traced."""
+    for one in {one.set: one for one in reversed(list(renderings()))}.values():
+        how = one.how | {"backend": "mitsuba", "error_rad": 0.02}
+        yield replace(one, set=f"{one.set}, path-traced", name=f"{one.name}, path-traced", how=how)
+
+
 def causes() -> Iterator[PaperFilm]:
     """Rendering 1 at three distances, with one condition changed in each set: what makes it fall with distance?"""
-    how = {"frames": 120, "fps": 60.0, "crf": 4}
-    small = Scene(board(page_mm=(140.0, 140.0), marker_mm=24.0), camera=IDEAL)
-    whole = Scene(board(), camera=IDEAL)
-    for profile in range(2):
-        for metres in DISTANCES_M[::3]:
-            motion = path(metres, swept, shake=turning(profile, 0.5))
-            for words, scene, other, more in (
-                ("a board of 140 mm", small, {}, {}),
-                ("coded as a phone does, CRF 23", whole, {"crf": 23}, {}),
-                ("both of these", small, {"crf": 23}, {}),
-                ("focal length known", whole, {}, {"known": True}),
-                ("no rotation compensation", whole, {}, {"compensated": False}),
-            ):
-                yield PaperFilm(
-                    f"cause: {words}", f"{words}, {metres:g} m, {profile}", scene, motion, how | other, **more
-                )
+    films = {one.name: one for one in renderings()}
     for metres in DISTANCES_M[::3]:
-        yield PaperFilm("cause: no turns", f"no turns, {metres:g} m", whole, path(metres, swept), how)
+        one = films[f"rendering 1, {metres:g} m, profile 0"]
+        changes: dict[str, dict[str, Any]] = {
+            "coded as a phone does, CRF 23": {"how": one.how | {"crf": 23}},
+            "focal length known": {"known": True},
+            "no rotation compensation": {"compensated": False},
+            "no turns": {"motion": path(metres, swept)},
+        }
+        for words, change in changes.items():
+            yield replace(one, set=f"cause: {words}", name=f"{words}, {metres:g} m", **change)
 
 
 def recordings() -> Iterator[PaperFilm]:
@@ -197,10 +207,27 @@ def generated() -> Iterator[PaperFilm]:
         scene = Scene(board(), camera=Camera(width, height, 0.755 * width, shutter_s=0.0))
         motion = path(1.1, levelled, shake=turning(number, 0.3))
         how: dict[str, Any] = {"frames": 4 * fps, "fps": float(fps)}
-        how |= {"show": KeyPictures(number).shown} if kind == "key pictures" else {"forge": kind}
-        yield PaperFilm(
-            "generated (stand-ins)", f"generated {number}: {maker}, {kind}", scene, motion, how, marked=True
-        )
+        own = {"place": FollowedPlace(number).shown, "melt": KeyPictures(number).shown}
+        own |= {"morph": MorphedPictures(number).shown}
+        how |= {"show": own[kind]} if kind in own else {"forge": kind}
+        name = f"generated {number}: {maker}, {kind}"
+        yield PaperFilm("generated (stand-ins)", name, scene, motion, how, marked=True, true=False)
+
+
+@dataclass(frozen=True)
+class FollowedPlace:
+    """Fringes that follow the badge's place in the picture, 0.3 to 3 times as far as the law, either way."""
+
+    seed: int
+
+    def shown(self, scene: Scene, motion: Motion, camera_mm: Array, fps: float) -> ShownViews:
+        """As `simulate.filming.Show`."""
+        rng = np.random.default_rng(self.seed)
+        rate = rng.choice([-1.0, 1.0]) * math.exp(rng.uniform(math.log(0.3), math.log(3.0)))
+        badge = -np.einsum("tij,tj->ti", motion(np.arange(len(camera_mm)) / fps).rotation, camera_mm)
+        false = camera_mm.copy()
+        false[:, :2] = -rate * badge[:, :2] / badge[:, 2:] * np.abs(camera_mm[:, 2:])
+        return ShownViews(false, camera_mm)
 
 
 @dataclass(frozen=True)
@@ -218,16 +245,36 @@ class KeyPictures:
             for x in rng.uniform(-200, 200, 2 + int(len(camera_mm) / fps))
         ]
 
-        def show(frame: int) -> NDArray[np.float32]:
+        def show(frame: int) -> Picture:
             key, share = divmod(frame / fps, 1.0)
-            mixed = np.float32(1 - share) * keys[int(key)] + np.float32(share) * keys[int(key) + 1]
-            return np.asarray(mixed**2, np.float32)
+            return np.asarray(self.between(keys[int(key)], keys[int(key) + 1], share) ** 2, np.float32)
 
         return ShownViews(camera_mm, camera_mm, picture=show)
 
+    def between(self, before: Picture, after: Picture, share: float) -> Picture:
+        """The picture of a share of the way from one to the next."""
+        return np.asarray((1 - share) * before + share * after, np.float32)
 
+
+class MorphedPictures(KeyPictures):
+    """The same, morphed: each picture is moved along the optical flow to the next, as far as the time has come."""
+
+    def between(self, before: Picture, after: Picture, share: float) -> Picture:
+        """As `KeyPictures.between`."""
+        return super().between(carried(before, after, share), carried(after, before, 1 - share), share)
+
+
+def carried(start: Picture, end: Picture, share: float) -> Picture:
+    """A picture, moved a share of the way along its optical flow to another."""
+    here, there = (np.asarray(np.clip(255 * one, 0, 255), np.uint8) for one in (start, end))
+    flow = cv2.DISOpticalFlow.create(cv2.DISOPTICAL_FLOW_PRESET_MEDIUM).calc(here, there, np.zeros((*here.shape, 2)))
+    rows, columns = np.indices(start.shape, np.float32)
+    places = columns - share * flow[..., 0], rows - share * flow[..., 1]
+    return np.asarray(cv2.remap(start, *places, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE), np.float32)
+
+
+@cache
 def every_film() -> dict[str, PaperFilm]:
-    """All films by name; stand-ins of both sets take turns, so that a run that is cut short has some of each."""
-    real, false = list(recordings()), list(generated())
-    mixed = [film for pair in zip(real, false, strict=False) for film in pair] + false[len(real) :]
-    return {film.name: film for film in (*renderings(), *causes(), *mixed)}
+    """All films by name, sets mixed, so that a run that is cut short has its share of each."""
+    makers = (renderings, traced, causes, recordings, generated)
+    return interleaved(*({one.name: one for one in made()} for made in makers))

@@ -1,7 +1,7 @@
 """The scoreboard's tables in README and docs/accuracy.md; `python -m moireid_lab.bench.scoreboard_tables` writes them.
 
-A table is between `<!-- scoreboard: NAME -->` and `<!-- end -->`; NAME is `readme`, `all`, `parts`, or `kinds` with a
-part's name.
+A table is between `<!-- scoreboard: NAME -->` and `<!-- end -->`; NAME is `readme`, `all`, `parts`, `kinds` with a
+part's name, or `paper` with one of `paper_tables.TABLES`.
 README shows figures of this version of the sources alone; elsewhere an older figure says so, with its date.
 """
 
@@ -9,12 +9,15 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 from moireid.files import write_text
-from moireid_lab.bench.scoreboard import DOCUMENT, OUTCOMES, current_version
+from moireid.result_cache import kept_rows
+from moireid_lab.bench.paper_tables import TABLES
+from moireid_lab.bench.part import Row
+from moireid_lab.bench.scoreboard import DOCUMENT, OUTCOMES, ROWS, current_version
 from moireid_lab.bench.sources import ROOT
 from moireid_lab.bench.suites import PARTS
 
@@ -44,14 +47,28 @@ def with_tables(text: str, document: dict[str, Any], versions: dict[str, str]) -
     """A page with its tables; versions: of each part's sources now."""
 
     def table(place: re.Match[str]) -> str:
-        rows = [f"| {' | '.join(cells)} |" for cells in _cells(place[2].split(), document, versions)]
-        rule = "|" + "---|" * (rows[0].count(" | ") + 1)
-        return "\n".join([place[1].rstrip(), rows[0], rule, *rows[1:], place[3]])
+        return "\n".join([place[1].rstrip(), _table(_cells(place[2].split(), document, versions)), place[3]])
 
     return _PLACE.sub(table, text)
 
 
-def _cells(name: list[str], document: dict[str, Any], versions: dict[str, str]) -> Iterator[Iterable[str]]:
+def paper_text(rows: Iterable[Row]) -> str:
+    """All tables of the paper's experiments as a page."""
+    own = [row for row in rows if row["part"] == "paper"]
+    made = {f"{row['version']} of {row['date']}" for row in own}
+    tables = [f"## {name.capitalize()}\n\n{_table(table(own))}\n" for name, table in TABLES.items()]
+    return "\n".join([f"# The paper's experiments\n\nVersion of the sources: {', '.join(sorted(made))}.\n", *tables])
+
+
+def _table(cells: Iterable[Sequence[str]]) -> str:
+    """A table in Markdown, of which the first row is the heading."""
+    rows = [f"| {' | '.join(one)} |" for one in cells]
+    if len(rows) == 1:
+        return "*Nothing of this is measured yet.*"
+    return "\n".join([rows[0], "|" + "---|" * (rows[0].count(" | ") + 1), *rows[1:]])
+
+
+def _cells(name: list[str], document: dict[str, Any], versions: dict[str, str]) -> Iterator[Sequence[str]]:
     """The rows of a table, the heading first."""
     questions: list[Entry] = document["questions"]
     now = [entry for entry in questions if entry["version"] == versions.get(entry["part"])]
@@ -61,16 +78,19 @@ def _cells(name: list[str], document: dict[str, Any], versions: dict[str, str]) 
         for entry in (by_name[one] for one in README if one in by_name):
             yield entry["text"], entry["films_by"], *_counts(entry), _interval(entry)
     elif name == ["all"]:
-        yield "question", "films by", "films", *OUTCOMES, "right, 95 %", "command", "version", "date"
+        yield "question", "films by", "films", *OUTCOMES, "right, 95 %", "command", "version, date"
         for entry in questions:
-            version = entry["version"] if entry in now else f"older, {entry['version']}"
+            version = f"{'' if entry in now else 'older, '}{entry['version']}, {entry['date']}"
             cells = (entry["text"], entry["films_by"], *_counts(entry), _interval(entry))
-            yield *cells, f"`{entry['command']}`", version, entry["date"]
+            yield *cells, f"`{entry['command']}`", version
     elif name == ["parts"]:
         yield "part", "cases", "processor s a case", "hours of two cores"
         for part in document["parts"]:
             hours = part["cases"] * part["s_a_case"] / 7200
-            yield f"`{part['part']}`", str(part["cases"]), f"{part['s_a_case']:g}", f"{hours:.2g}"
+            yield f"`{part['part']}`", str(part["cases"]), f"{part['s_a_case']:g}", f"{hours:.2f}"
+    elif name[0] == "paper":
+        rows = kept_rows(SCOREBOARD.with_name(ROWS)).values()
+        yield from TABLES[name[1]]([row for row in rows if row["part"] == "paper"])
     else:
         yield "kind", "films", *OUTCOMES, "what decided the others", "figures: least to greatest"
         for entry in questions:

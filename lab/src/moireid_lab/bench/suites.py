@@ -30,6 +30,7 @@ SUITES: dict[str, dict[str, str]] = {
         "half-real": "half_real",
         "small-pages": "small_pages",
         "kept": "kept_signals",
+        "priors": "priors",
     },
     "attacks": {
         "forgers": "moireid_lab.bench.forgers.forgers_suite",
@@ -52,12 +53,12 @@ SUITES: dict[str, dict[str, str]] = {
         "fabricate": "moireid_lab.bench.fabricate.fabricate_suite",
         "mounts": "mounts",
     },
-    "paper": {"priors": "priors", "published": "moireid_lab.bench.published"},
+    "paper": {"paper": "moireid_lab.bench.paper"},
 }
 #: Every bench by name.
 BENCHES = {name: module for suite in SUITES.values() for name, module in suite.items()}
 #: Those that print figures alone.
-FIGURES_ALONE = ("simulate", "mounts", "published")
+FIGURES_ALONE = ("simulate", "mounts")
 PARTS = tuple(name for name in BENCHES if name not in FIGURES_ALONE)
 SCRIPTS = Path(__file__).parents[4] / "benchmarks"
 

@@ -6,5 +6,7 @@ cost_cmd.py       cost
 evaluate_cmd.py   evaluate
 film_set_cmd.py   film-set
 generator_cmd.py  generator-kit
+paper_cmd.py      paper
+scoreboard_cmd.py  scoreboard
 sharing.py        options that say where films are made and scored
 """

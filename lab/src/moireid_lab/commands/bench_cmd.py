@@ -64,15 +64,14 @@ def bench_command(
 
     \b
     films      true and forged badges: outside, natural, reality, stability,
-               builds, lenses, half-real, small-pages, kept
+               builds, lenses, half-real, small-pages, kept, priors
     attacks    forgers, replayed, morphed, turned, laid-over, live,
                live-enrolment
     identity   identities read, originals against copies, false matches
     cost       processor time, memory and error: cost, verify, registry,
                simulate
     pages      what is printed, read back: ink-growth, fabricate, mounts
-    paper      the calibration of the odds, and the published paper's tables
-               next to ours: priors, published
+    paper      the published paper's experiments (moireid lab paper)
 
     SUITE may also be one of the benches named there. With --out, each writes its rows as JSON, and a plot if it has
     one; rows are kept in NAME.jsonl as they are made, so a run that was interrupted goes on there. Films are shared

@@ -6,7 +6,6 @@ against: on the eleven scenes, the analytic renderer's fringe phase and brightne
     up to 0.4 and at 60 degrees; and its own estimate of the error, compared with the true error at the usual setting.
 work: seconds a frame of the badge's region against RMS phase error, for each renderer, setting and resolution; medians
     and spreads of repeated runs, compile time and scene set-up apart.
-exposures: the same for frames of 1/30 s by a moving hand, as one pass and instant by instant.
 What a scene does not need is left out, and `moireid simulate --explain` prints the time that it saves.
 
 Phase is measured as in `simulate.analytic.accuracy`; the truth is the independent tracer's at the same pixels.
@@ -26,10 +25,6 @@ from numpy.typing import NDArray
 
 from moireid.simulate.analytic.accuracy import Difference, PixelStrip, brightness, difference, estimate_error, strips_of
 from moireid.simulate.analytic.analytic_renderer import RAYS, AnalyticRenderer, BoardRadiance
-from moireid.simulate.cameras import camera_named
-from moireid.simulate.mitsuba.mitsuba_renderer import averaged
-from moireid.simulate.motion import motion_named
-from moireid.simulate.recording.sensor import opened
 from moireid.simulate.scene import Camera, Instant, Scene
 from moireid_lab.bench.bench_frame import Bench, Row, Wish
 from moireid_lab.bench.simulate.reference import Setup, trace_pixels
@@ -46,9 +41,6 @@ RUNS, QUICK_RUNS = 15, 5
 #: Keys of a frame's times: median, least and spread.
 SECONDS = ("seconds", "seconds_least", "seconds_spread")
 WORK_TANGENTS = (-0.3, 0.05, 0.35)
-#: Times of the measured run at which exposures are compared, s; and instants of the reference.
-EXPOSED_AT_S, INSTANTS = (0.7, 1.1, 2.3, 2.9, 3.3, 3.8), 96
-TIMES = (1, 2, 3, 4, 8)
 
 
 @dataclass(frozen=True)
@@ -66,7 +58,6 @@ def rows(wish: Wish) -> Iterator[Row]:
     settings = eleven()
     for setting in settings:
         yield against_reference(setting, quick=wish.quick)
-    yield from exposures(replace(settings[0], camera=camera_named("dim")), quick=wish.quick)
     for name in CAMERAS if not wish.quick else ("1080p",):
         yield from work_precision(replace(settings[0], camera=CAMERAS[name]), name, quick=wish.quick, seed=wish.seed)
 
@@ -156,45 +147,6 @@ def work_precision(setting: SceneSetting, camera_name: str, *, quick: bool, seed
         row = _timed(make, truths, 3 if name.startswith("mitsuba") else runs, scene.paper - scene.ink)
         rows.append({"renderer": name, "camera": camera_name, "setting": list(figures), **row})
     return rows
-
-
-def exposures(setting: SceneSetting, *, quick: bool) -> list[dict[str, Any]]:
-    """Seconds and errors of an exposure in one pass, by the times that a moving pixel's rays are multiplied, and of the
-    mean of its instants; against the mean of many instants."""
-    scene = setting.scene
-    motion = motion_named("handheld", distance_mm=setting.distance_mm, seed=0)
-    usual = AnalyticRenderer(scene).render
-    truths = []
-    for time_s in EXPOSED_AT_S[:2] if quick else EXPOSED_AT_S:
-        opening = opened(motion, scene.camera, scene.board_half_mm, time_s, 1 / scene.camera.exposure_s)[1]
-        many = [
-            opened(motion, replace(scene.camera, exposure_s=0.0), scene.board_half_mm, time_s + late_s, 1.0)[1]
-            for late_s in ((np.arange(INSTANTS) + 0.5) / INSTANTS - 0.5) * scene.camera.exposure_s
-        ]
-        mean = averaged([usual(Instant(first, last, row.camera_mm[0])) for first, row, last in many])
-        if mean is None:
-            continue
-        middle = Instant(many[INSTANTS // 2][0], many[INSTANTS // 2][2], many[INSTANTS // 2][1].camera_mm[0])
-        height, width = mean.radiance.shape
-        strips = strips_of(scene, middle, (mean.left, mean.top, mean.left + width, mean.top + height))
-        exposed = Instant(opening[0], opening[2], opening[1].camera_mm)
-        truths.append(SceneTruth(exposed, strips, [brightness(mean, strip) for strip in strips], 0.0))
-
-    def instant_by_instant(exposed: Instant) -> BoardRadiance | None:
-        return averaged([usual(one) for one in exposed.parts()])
-
-    kinds: list[tuple[str, int, Callable[[Instant], BoardRadiance | None]]]
-    kinds = [("exposure in one pass", times, AnalyticRenderer(scene, times=times).render) for times in TIMES]
-    kinds.append(("each instant alone", 1, instant_by_instant))
-    rows = []
-    for name, times, render in kinds:
-        row = _timed(partial(_ready, render), truths, 3, scene.paper - scene.ink)
-        rows.append({"renderer": name, "camera": "dim", "setting": [*RAYS, times], **row})
-    return rows
-
-
-def _ready(render: Callable[[Instant], BoardRadiance | None]) -> Callable[[Instant], BoardRadiance | None]:
-    return render
 
 
 def _timed(

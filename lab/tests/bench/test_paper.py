@@ -13,8 +13,9 @@ from scipy.spatial.transform import Rotation
 
 from moireid.cli.main import moireid
 from moireid.verifier.tracking.patches import marker_corners_mm
+from moireid_lab.bench.paper import given_corners
 from moireid_lab.bench.paper_films import DISTANCES_M, every_film
-from moireid_lab.bench.published import BENCH, GENERATED, REAL, given_corners, table
+from moireid_lab.bench.paper_tables import GENERATED, REAL, rates, statistics
 
 
 def test_the_sets_are_the_papers():
@@ -69,33 +70,29 @@ def test_given_corners_are_where_the_field_is_seen():
 @pytest.mark.slow
 def test_the_command_films_scores_and_goes_on(tmp_path: Path):
     """Catches: rotation compensated where it must not be, figures of the other field, a run that films again."""
-    command = ["lab", "bench", "published", "--only", "^(A|rendering 2, 1.1 m)$", "--out", str(tmp_path), "--json"]
+    command = ["lab", "paper", "--only", "(A|rendering 2, 1.1 m)$", "--out", str(tmp_path)]
     ran = CliRunner().invoke(moireid, command)
     assert ran.exit_code == 0, ran.output
-    first, second = json.loads(ran.stdout)["rows"]
-    assert (first["set"], second["set"], list(second["fields"])) == ("rendering 2", "A", ["x", "y"])
-    assert first["distance_m"] == 1.1 and first["fields"]["x"]["greatest"] > 0.98
+    kept = (tmp_path / "rows.jsonl").read_text()
+    rows = {one["case"]: one for one in (json.loads(line)["row"] for line in kept.splitlines())}
+    first, second = (rows[name]["fields"] for name in ("rendering 2, 1.1 m", "A"))
+    assert len(rows) == 2 and rows["A"]["metres"] == 1.2
+    assert first["x"]["greatest"] > 0.98 and first["x"]["ours"]["mean"] > 0.99
     # Without rotation the picture's place is the camera's, so nothing but the phase can differ from the law.
-    assert first["fields"]["x"]["place"] > 0.9999 and second["fields"]["y"]["place"] > 0.99
-    assert second["fields"]["x"] != second["fields"]["y"]
-    before = (tmp_path / "published.jsonl").read_text()
-    assert CliRunner().invoke(moireid, [*command, "--overwrite"]).exit_code == 0
-    assert (tmp_path / "published.jsonl").read_text() == before
-
-
-def row(name: str, number: int, greatest: float | None) -> dict[str, object]:
-    """A row of a film that was not made."""
-    figures = dict.fromkeys(("mean", "sd", "least", "greatest", "global", "place", "phase"), greatest)
-    about = {"set": name, "film": f"{name} {number}", "distance_m": 1.0, "verdict": "inconclusive", "why": ["drift"]}
-    return about | {"score": greatest, "fields": {"x": figures}}
+    assert first["x"]["place"] > 0.9999 and second["y"]["place"] > 0.99
+    assert second["x"] != second["y"]
+    assert "| A, y, 1.2 m | 1 |" in (tmp_path / "paper.md").read_text()
+    assert CliRunner().invoke(moireid, command).exit_code == 0
+    assert (tmp_path / "rows.jsonl").read_text() == kept
 
 
 def test_rates_and_statistics_are_of_the_scored_films():
     """Catches: a film without a score counted as 0, accuracy of one kind alone, sides exchanged."""
     true, false = [0.95, 0.99, 0.8, None], [0.6, 0.94, 0.5, 0.4]
-    rows = [row(name, k, one) for name, scores in ((REAL, true), (GENERATED, false)) for k, one in enumerate(scores)]
-    lines = {line["threshold"]: line for line in table(rows) if "threshold" in line}
-    assert lines[0.927]["true accepted"] == pytest.approx(2 / 3) and lines[0.927]["false accepted"] == 0.25
-    assert lines[0.927]["accuracy"] == pytest.approx(5 / 7)
-    words = " ".join(BENCH.notes(rows))
-    assert "(3 of 87)" in words and "(4 of 92)" in words and "AUC 0.917" in words and "Welch t(" in words
+    scores = [(name, one) for name, some in ((REAL, true), (GENERATED, false)) for one in some]
+    rows = [{"kind": name, "score": one, "fields": {"x": {"greatest": one, "mean": one}}} for name, one in scores]
+    lines = {cells[0]: cells[1:] for cells in rates(rows)}
+    assert lines["0.927"] == ("0.667", "0.250", f"{5 / 7:.3f}")
+    ours, greatest = list(statistics(rows))[1:3]
+    assert ours[1:] == greatest[1:] and greatest[1].endswith("(3)") and greatest[2].endswith("(4)")
+    assert greatest[5] == "0.917"
