@@ -11,7 +11,7 @@ from moireid.designer import Order, design_badge
 from moireid.errors import SpecError
 from moireid.lenticule import trace_law
 from moireid.materials import materials
-from moireid.profiles import lens_named, mask_named, sheet_of_thickness
+from moireid.profiles import lens_named, mask_named
 from moireid.sheets import PRODUCTS, angles_in_focus_deg, effective_gap_mm, possible_gains, repeat_deg, sheet_lens
 
 OLD = {"40lpi": 1.25, "50lpi": 1.00, "60lpi": 0.84, "75lpi": 0.67}
@@ -78,7 +78,7 @@ def test_a_badge_is_designed_for_the_sheet_that_was_measured():
     """Catches: a thickness that is asked for and forgotten, or lost in badge.json; one given for a mask."""
     wish = Order("Thin", lens="75lpi", lens_thickness_mm=0.457)
     badge = design_badge(wish, bytes(8))
-    assert badge.lens == sheet_of_thickness(lens_named("75lpi"), 0.457)
+    assert badge.lens == sheet_lens(25.4 / 75, 0.457, 1.56)
     assert badge_from_json(badge.to_json()).lens == badge.lens
     with pytest.raises(SpecError, match="gap"):
         design_badge(Order("Mask", lens="50lpi", front="mask", lens_thickness_mm=0.457), bytes(8))
@@ -87,9 +87,9 @@ def test_a_badge_is_designed_for_the_sheet_that_was_measured():
 def test_a_sheet_of_another_thickness_still_meets_and_focuses():
     """Catches: cylinders that do not meet; a thick sheet that is left out of focus."""
     lens = lens_named("75lpi")
-    thin, thick = sheet_of_thickness(lens, 0.457), sheet_of_thickness(lens, 0.8)
+    thin, thick = (sheet_lens(lens.pitch_mm, mm, 1.56) for mm in (0.457, 0.8))
     assert thin.thickness_mm == 0.457 and thin.radius_mm >= lens.pitch_mm / 2
     assert thick.radius_mm == pytest.approx(0.8 * 0.56 / 1.56)
     for wrong in (0.0, -1.0, 0.1, math.nan, math.inf):
         with pytest.raises(SpecError):
-            sheet_of_thickness(lens, wrong)
+            sheet_lens(lens.pitch_mm, wrong, 1.56)
