@@ -26,7 +26,7 @@ REMOVED = {
     "print --actor": "set the variable MOIREID_ACTOR",
     "print --code": "in Python, moireid.design(…, code='pitch') draws the published prototype's code",
     "print --gap": "give the spacer's thickness as --lens-thickness",
-    "print --ink-growth": "give a printer's profile as --printer, as moireid calibrate --printer-out writes it",
+    "print --ink-growth": "give a measured printer as --printer: moireid first-badge --printer NAME keeps it",
     "print --pattern": "lines bend where they may; in Python, moireid.design(…, pattern='cells') ends them",
     "print --skip-bad": "take the rows that are named out of the list",
     "print --typeface": "give a template of your own: its key typeface says sans, serif or slab",
