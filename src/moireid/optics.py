@@ -107,17 +107,6 @@ def parallax_slope_rad(effective_gap_mm: float, rear_pitch_mm: float) -> float:
     return 2.0 * math.pi * effective_gap_mm / rear_pitch_mm
 
 
-def page_plane_slope_rad(lens: Lens, effective_gap_mm: float, rear_pitch_mm: float) -> float:
-    """As `parallax_slope_rad`, for pictures rectified on the *page's* plane, one thickness below the lenses.
-
-    Convention: as `parallax_slope_rad`; larger than it if p_r > p_f.
-    Source: 2 pi (g_eff / p_r + g (1/p_f - 1/p_r)): the fringes lie on the lens plane, whose points move against the
-    page's by g times the tangent.
-    """
-    lines = 1.0 / lens.pitch_mm - 1.0 / rear_pitch_mm
-    return 2.0 * math.pi * (effective_gap_mm / rear_pitch_mm + lens.thickness_mm * lines)
-
-
 def fringe_phase_rad(
     x_mm: ArrayLike, tan_x: ArrayLike, *, front_pitch_mm: float, rear_pitch_mm: float, effective_gap_mm: float
 ) -> Array:

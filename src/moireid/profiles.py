@@ -19,7 +19,7 @@ from moireid.badge import Badge, Lens
 from moireid.errors import SpecError
 from moireid.files import AnyPath, planned, read_regular, whole_file
 from moireid.models import check_format, parse_json, read_model
-from moireid.sheets import ACRYLIC_INDEX, MM_PER_INCH, PRODUCTS, sheet_lens
+from moireid.sheets import ACRYLIC_INDEX, MM_PER_INCH, PRODUCTS
 from moireid.user_settings import data_folder, nearest
 
 #: Family of a pitch test sheet's grating: uniform bands and no code.
@@ -109,14 +109,6 @@ def lens_named(label: str) -> Lens:
     return PRODUCTS[label.lower()]
 
 
-def sheet_of_thickness(lens: Lens, thickness_mm: float) -> Lens:
-    """The same lens sheet of another thickness, as a calliper reads it.
-
-    Raises: SpecError for a thickness that is no sheet's.
-    """
-    return sheet_lens(lens.pitch_mm, thickness_mm, lens.refractive_index)
-
-
 #: Thicknesses of acrylic sheet that can serve as a mask's gap, mm.
 GAP_RANGE_MM = (0.5, 6.0)
 
@@ -149,24 +141,7 @@ def _read_profile(path: AnyPath, source: str, model: type[Profile]) -> Profile:
         raise SpecError(f"{source} cannot be read ({reason}); {advice}") from error
     document = parse_json(text, source, advice)
     check_format(document, PROFILE_FORMAT, source)
-    if model is LensProfile:
-        document = _with_radius(document)
     return read_model(document, model, source, advice)
-
-
-def _with_radius(document: Any) -> Any:
-    """A lens profile with the radius of `sheet_lens` where the sheet is too thin to focus and none is given."""
-    lens = document.get("lens") if isinstance(document, dict) else None
-    if not isinstance(lens, dict) or "radius_mm" in lens:
-        return document
-    figures: list[Any] = [lens.get(name) for name in ("pitch_mm", "thickness_mm", "refractive_index")]
-    # What no sheet has is refused by the model.
-    if not all(
-        type(one) in (int, float) and low <= one <= high for one, (low, high) in zip(figures, SHEET_RANGES, strict=True)
-    ):
-        return document
-    radius_mm = sheet_lens(*figures).radius_mm
-    return document if radius_mm is None else document | {"lens": lens | {"radius_mm": radius_mm}}
 
 
 def profile_document(profile: LensProfile | PrinterProfile) -> dict[str, Any]:

@@ -24,7 +24,7 @@ import numpy as np
 from moireid.badge import Lens
 from moireid.errors import SpecError
 from moireid.lenticule import view_response
-from moireid.materials import Material, materials
+from moireid.materials import materials
 
 MM_PER_INCH = 25.4
 #: Radius over pitch of the steepest lenses that are known: 0.0075 inches, of 75 lines an inch and 18 mil (Wikipedia,
@@ -60,13 +60,12 @@ def sheet_lens(pitch_mm: float, thickness_mm: float, refractive_index: float) ->
     return Lens("lenticular", pitch_mm, thickness_mm, refractive_index, radius_mm)
 
 
-def _lens_sold(row: Material) -> Lens:
-    assert row.lines_per_inch is not None and row.thick_mm is not None and row.refractive_index is not None
-    return sheet_lens(MM_PER_INCH / row.lines_per_inch, row.thick_mm, row.refractive_index)
-
-
 #: Lens sheets by their labels: all rows of the table of materials that have one.
-PRODUCTS = {row.label: _lens_sold(row) for row in materials() if row.label is not None}
+PRODUCTS = {
+    row.label: sheet_lens(MM_PER_INCH / row.lines_per_inch, row.thick_mm, row.refractive_index)
+    for row in materials()
+    if row.label and row.lines_per_inch and row.thick_mm and row.refractive_index
+}
 
 
 def repeat_deg(lens: Lens) -> float:

@@ -34,8 +34,8 @@ from moireid.idcodes.pitch import LEVELS as PITCH_LEVELS
 from moireid.idcodes.spacing import PHASE_LEVELS
 from moireid.materials import materials
 from moireid.optics import rear_pitch_for_beat_mm
-from moireid.profiles import PAPERS_MM, lens_named, mask_named, sheet_of_thickness
-from moireid.sheets import MM_PER_INCH, PRODUCTS
+from moireid.profiles import PAPERS_MM, lens_named, mask_named
+from moireid.sheets import MM_PER_INCH, PRODUCTS, sheet_lens
 
 #: More spacing of levels than this many fringes across the grating only shortens the fringes.
 MAX_STEP_FRINGES = 0.55
@@ -277,7 +277,7 @@ def _front(order: Order) -> Lens:
     if order.front == "mask":
         return mask_named(label, GAP_MM if thickness_mm is None else thickness_mm)
     lens = lens_named(label)
-    return lens if thickness_mm is None else sheet_of_thickness(lens, thickness_mm)
+    return lens if thickness_mm is None else sheet_lens(lens.pitch_mm, thickness_mm, lens.refractive_index)
 
 
 def _check_dots(order: Order, gratings: tuple[Grating, ...], lens_pitch_mm: float) -> None:

@@ -235,7 +235,7 @@ _MEASURE: dict[Maker, str] = {
     "studio": _BARS + "look for a setting that fits the page to the paper, switch it off, and print again.",
 }
 _PITCH: dict[Maker, str] = {
-    "command": "Measure the bars again. Then measure the sheet with the chart of moireid pitch-test.",
+    "command": "Measure the bars again. Then let moireid first-badge measure the sheet and the printer.",
     "studio": "Measure the bars again. Then take another sheet, or ask the person who issued the badge.",
 }
 _CHECK: dict[Maker, str] = {

@@ -11,7 +11,8 @@ any pitch.
 
 Convention: phases in rad, positive where the fringe is ahead; millimetres of the page, in the grating's own frame
     (`moireid.frames`), along its axis.
-Source: `moireid.lenticule`; its first order is `optics.page_plane_slope_rad`.
+Source: `moireid.lenticule`; its first order is 2 pi (g_eff / p_r + g (1/p_f - 1/p_r)), with fringes one thickness
+    g above the page.
 """
 
 from __future__ import annotations
