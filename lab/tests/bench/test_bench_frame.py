@@ -10,7 +10,7 @@ import pytest
 from kit.in_place import in_place
 from moireid.errors import SpecError
 from moireid_lab.bench import bench_frame, bench_rows
-from moireid_lab.bench.bench_frame import Wish, counted_verdicts, grouped
+from moireid_lab.bench.bench_frame import Wish
 from moireid_lab.evaluation.text_table import table_lines
 
 COLUMNS = {"film": "name <6", "gain": ">7.2f", "share": "fine.share >6.0%", "why": "<1", "sum": ">4"}
@@ -62,10 +62,3 @@ def test_each_gives_rows_by_name_and_keeps_them(tmp_path: Path, monkeypatch: pyt
         assert len(list(other.each(work, {"a": 1}))) == 1
     monkeypatch.setattr(bench_frame, "sources_digest", lambda module: "another program")
     assert len(list(wish.each(work, {"a": 1}))) == 1 and made == [1, 2, 1, 1, 1]
-
-
-def test_verdicts_are_counted_with_the_reasons_that_are_most_frequent():
-    """Catches: an inconclusive film among the rejected; a reason that is rare; a group that loses rows."""
-    rows = [{"verdict": "reject", "why": ["b", "a"]}, {"verdict": "inconclusive", "why": ["a"]}]
-    assert counted_verdicts(rows, 1) == {"accept": 0, "inconclusive": 1, "reject": 1, "reasons": "a"}
-    assert grouped(rows, "verdict") == {"reject": rows[:1], "inconclusive": rows[1:]}

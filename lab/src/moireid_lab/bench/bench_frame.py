@@ -11,7 +11,6 @@ import json
 import os
 import platform
 import tempfile
-from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -68,14 +67,6 @@ class Wish:
         if lost:
             raise MoireIdError(f"{len(lost)} films of the bench gave no figures, first {lost[0]}; the others are kept")
         return iter([rows[key] for key in keyed])
-
-
-def counted_verdicts(rows: Sequence[Row], reasons: int = 3) -> Row:
-    """How many rows have each verdict, and the most frequent reasons of those that were not accepted."""
-    counts = Counter(row["verdict"] for row in rows)
-    why = Counter(code for row in rows for code in row["why"]).most_common(reasons)
-    verdicts = {name: counts[name] for name in ("accept", "inconclusive", "reject")}
-    return verdicts | {"reasons": ", ".join(code for code, _ in why)}
 
 
 def grouped(rows: Iterable[Row], *keys: str) -> dict[Any, list[Row]]:

@@ -5,6 +5,7 @@ Convention: the first row of a table is its heading; "–" where there is no fig
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
@@ -13,8 +14,9 @@ from scipy.stats import ttest_ind
 
 from moireid.verifier.decision.figures import calibrated_log10
 from moireid_lab.baseline.pipeline import THRESHOLD
-from moireid_lab.bench.bench_frame import counted_verdicts, grouped
+from moireid_lab.bench.bench_frame import grouped
 from moireid_lab.bench.part import Row
+from moireid_lab.bench.scoreboard import described
 from moireid_lab.evaluation.summary import PAPER, separation
 
 Array = NDArray[np.float64]
@@ -64,11 +66,11 @@ def verdicts(rows: Sequence[Row]) -> Iterator[Sequence[str]]:
     """What our method says of each set, and what strength it gives it."""
     yield "set", "films", "accepted", "inconclusive", "rejected", "odds, median", "most frequent findings"
     for name, own in grouped([*_experiments(rows), *_stand_ins(rows)], "kind").items():
-        counts = counted_verdicts(own)
+        counts = Counter(row["verdict"] for row in own)
         odds = [calibrated_log10(row["score"]) for row in own if row["score"] is not None]
         median = f"10^{np.median(odds):.1f}" if odds else "–"
         words = (str(counts[word]) for word in ("accept", "inconclusive", "reject"))
-        yield name, str(len(own)), *words, median, counts["reasons"]
+        yield name, str(len(own)), *words, median, described(own)["why"]
 
 
 def rates(rows: Sequence[Row]) -> Iterator[Sequence[str]]:
