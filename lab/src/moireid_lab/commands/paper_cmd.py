@@ -3,29 +3,19 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import click
 
-from moireid.cli.common import FiniteRange, FolderPath, echo_lines, friendly, say
-from moireid_lab.commands.sharing import scheduler_option, workers_option
+from moireid.cli.common import echo_lines, friendly, say
+from moireid_lab.commands.scoreboard_cmd import scoreboard_command
+
+#: Options of the scoreboard that serve here too.
+SHARED = ("folder", "hours", "only", "workers", "scheduler")
 
 
-@click.command("paper")
-@click.option("--out", "folder", required=True, type=FolderPath(), help="Folder of the rows and the tables.")
-@click.option("--hours", type=FiniteRange(0, 1e4), metavar="H", help="Begin no film after so many hours.")
-@click.option("--only", metavar="REGEX", help="Only the films whose name holds this regular expression.")
-@workers_option
-@scheduler_option
 @friendly
-@click.pass_context
-def paper_command(
-    context: click.Context,
-    folder: Path,
-    hours: float | None,
-    only: str | None,
-    workers: int | None,
-    scheduler: str | None,
-) -> None:
+def reproduce(context: click.Context, *, folder: Path, only: str | None, **how: Any) -> None:
     """Reproduce the published paper, and print its tables next to ours.
 
     It films the paper's experiments (Qing et al. 2026) and stand-ins for its recordings and generated films, and scores
@@ -36,12 +26,14 @@ def paper_command(
     from moireid.result_cache import kept_rows
     from moireid_lab.bench.scoreboard import ROWS
     from moireid_lab.bench.scoreboard_tables import paper_text
-    from moireid_lab.commands.scoreboard_cmd import scoreboard_command
 
-    cases = f"^paper .*(?:{only})" if only else "^paper "
-    how = {"hours": hours, "only": cases, "workers": workers, "scheduler": scheduler}
-    context.invoke(scoreboard_command, folder=folder, short=False, data=None, as_json=False, **how)
+    context.invoke(scoreboard_command, folder=folder, only=f"^paper .*(?:{only or ''})", **how)
     text = paper_text(kept_rows(folder / ROWS).values())
     write_text(folder / "paper.md", text)
     echo_lines(text)
     say(f"written: {folder / 'paper.md'}")
+
+
+paper_command = click.command("paper", params=[one for one in scoreboard_command.params if one.name in SHARED])(
+    click.pass_context(reproduce)
+)
