@@ -53,6 +53,7 @@ REMOVED = {
     "verify --photographs": "no film shows how many photographs it was made of; use --level live, or leave it out",
     "calibrate-camera": "use calibrate --camera --out chart.pdf for the chart, and calibrate FILM --camera for its "
     "film",
+    "calibrate --band": "give a photograph of the chart with the sheet on it",
     "first-badge --sheet-photo": "put the photo into the folder as sheet-photo.jpg",
     "first-badge --sheet-film": "put the film into the folder as sheet-film.mp4",
     "first-badge --camera-film": "put the film into the folder as camera-film.mp4",
