@@ -52,6 +52,16 @@ ROOMS = (
     *("moireid", "moireid.designer", "moireid.fabrication", "moireid.simulate", "moireid.verifier", "moireid.registry"),
     *("moireid.calibration", "moireid.attest", "moireid.idcodes", "moireid.errors", "moireid_studio.challenge"),
 )
+#: Of these rooms each name is imported from its file.
+BY_FILE = {
+    "moireid.fabrication": (
+        *("package.PrintResult", "package.print_badge", "event.print_event", "page.pdf.write_badge_pdf"),
+        "solid_parts.mount_solids",
+    ),
+    "moireid.calibration": (
+        *("chart_reading.ChartView", "chart_reading.view_chart", "lens_fit.lens_from_views", "still.load_pictures"),
+    ),
+}
 SIMULATION = """# What is simulated
 
 This page is made from the tables of `moireid simulate`. What the verifier makes of each effect is in
@@ -94,13 +104,13 @@ def _sections(command: click.Command, name: str, parent: click.Context | None) -
 
 
 def _room(module: str) -> Iterator[str]:
-    """The page of a room: what it is for, and each name that it exports, by its docstring; errors have a page of their
+    """The page of a room: what it is for, and each name that it offers, by its docstring; errors have a page of their
     own.
     """
     room = importlib.import_module(module)
     purpose, _, _ = inspect.cleandoc(room.__doc__ or "").partition("\n\n")
     yield f"# {module}\n\n{purpose}\n"
-    for name in room.__all__:
+    for name in BY_FILE.get(module) or room.__all__:
         where = SIMULATE if (module, name) == ("moireid", "simulate") else f"{module}.{name}"
         if module != "moireid" or not (name.endswith("Error") or name.startswith("__")):
             yield f"\n::: {where}\n    options:\n      heading_level: 2\n"

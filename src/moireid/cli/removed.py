@@ -16,6 +16,7 @@ REMOVED = {
     "generator-kit": "it is `moireid lab generator-kit`",
     "calibrate-camera": "use calibrate --camera --out chart.pdf for the chart, and calibrate FILM --camera for its "
     "film",
+    "calibrate --band": "give a photograph of the chart with the sheet on it",
     "print --front array": "--axes xy or --axes hex sense more directions under a lenticular sheet",
     "serve --storage": "leave it out: films wait in the studio's folder, and workers of --scheduler fetch them there",
     "verify --photographs": "no film shows how many photographs it was made of; use --level live, or leave it out",
