@@ -77,6 +77,7 @@ def list_for(
     """
     from moireid.designer import Order
     from moireid.designer.formats import LENSES_MM, by_lens, format_of
+    from moireid.designer.reach import verdict_reach_m
     from moireid.fabrication.shopping.shopping_list import shopping_list
     from moireid.issuing import choose_parts
     from moireid.materials import materials_for
@@ -92,9 +93,12 @@ def list_for(
     notes = [note] if note and kind != "acrylic" else []
     if found.cutting is not None:
         notes += _sheet_notes(found.cutting, assumed=sheet_mm is None)
-    spans = [f"{span} ({mm:g} mm)" for span, mm in zip(by_lens(badge.range_m or (1, 1)), LENSES_MM, strict=True)]
-    judged = f" Judged in films of 1080p, by the camera's lens (27 mm: a phone): {', '.join(spans)}."
-    title = found.title + judged * (badge.range_m is not None)
+    title = found.title
+    if badge.range_m is not None:
+        spans = [f"{span} ({mm:g} mm)" for span, mm in zip(by_lens(badge.range_m), LENSES_MM, strict=True)]
+        title += f" Judged in films of 1080p, by the camera's lens (27 mm: a phone): {', '.join(spans)}."
+        if badge.range_m[1] > (swaying_m := verdict_reach_m(badge)):
+            title += f" Beyond {swaying_m:.1f} m from a phone, move it more than by swaying."
     return replace(found, title=title, notes=(*notes, *found.notes))
 
 

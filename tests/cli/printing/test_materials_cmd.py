@@ -40,9 +40,10 @@ def test_readme_has_the_distances_that_the_command_prints() -> None:
     for row in json.loads(run("--json").stdout)["formats"]:
         name, _, _, *distances = row.values()
         assert f"| `{name}` | {' | '.join(distances)} |" in readme
-        if name == "a6":
+        if name in ("a6", "board"):
             words = " ".join(run("--format", name).stdout.split())
             assert f"{distances[0]} (27 mm), {distances[1]} (50 mm)" in words
+            assert ("move it more" in words) == (name == "board")
 
 
 def test_without_badges_it_prints_the_table() -> None:
