@@ -25,27 +25,9 @@ from speed_films import QUICK_SECONDS, SECONDS, SHORT, speed_films
 from moireid.verifier import Question, verify
 from moireid_lab.bench.bench_frame import Bench, Row, Wish
 from moireid_lab.bench.bench_rows import Where
+from moireid_lab.commands.cost_cmd import looped
 
 LOOPS, RUNS, THREADS = 5, 2, 2
-
-
-def looped(film: Path, out: Path) -> Path:
-    """The film over and over, its packets copied."""
-    with av.open(str(out), "w") as made:
-        stream, offset = None, 0
-        for _ in range(LOOPS):
-            last = 0
-            with av.open(str(film)) as source:
-                seen = source.streams.video[0]
-                stream = stream or made.add_stream_from_template(seen)
-                for packet in source.demux(seen):
-                    if packet.dts is None or packet.pts is None:
-                        continue
-                    last = max(last, packet.pts + (packet.duration or 0))
-                    packet.pts, packet.dts, packet.stream = packet.pts + offset, packet.dts + offset, stream
-                    made.mux(packet)
-            offset += last
-    return out
 
 
 def decode_cpu_s(film: Path) -> float:
@@ -94,7 +76,7 @@ def rows(wish: Wish) -> Iterator[Row]:
         for name in wish.chosen(films):
             path = films[name].within(place)
             if films[name].write is None:
-                path = looped(path, Path(temporary) / path.name)
+                path = looped(path, Path(temporary) / path.name, LOOPS)
             job = {name: (name, str(path), wish.clips or RUNS)}
             yield from replace(wish, only=None, where=Where(workers=1)).each(measured, job)
 

@@ -25,13 +25,14 @@ from moireid.provenance import BadgeHolder, Exclusion, Provenance, Standing
 from moireid.verifier import Question, limits
 from moireid.verifier.damage import DamageWatch, claimed_finding
 from moireid.verifier.decision import findings, photographs
-from moireid.verifier.decision.comparison import Explanation, GratingComparison
+from moireid.verifier.decision.comparison import GratingComparison
 from moireid.verifier.decision.doubts import doubts_of
 from moireid.verifier.decision.figures import Figures
 from moireid.verifier.decision.judge import Invariant, judge
 from moireid.verifier.decision.parts import parts, parts_of
 from moireid.verifier.decision.sheet_gain import DESIGNED, gain_reason
 from moireid.verifier.explanations.photographs.fringe_spacing import Spacing
+from moireid.verifier.explanations.table import Explanation
 from moireid.verifier.explanations.words import WORDS
 from moireid.verifier.fringes.grating_signal import BeyondPhase, DepthLaw, GratingSignal
 from moireid.verifier.identity import decode, page_scale
