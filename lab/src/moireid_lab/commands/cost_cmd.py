@@ -194,7 +194,7 @@ def _run(folder: Path, program: str, words: str) -> tuple[float, float]:
                 tree = [one.memory_full_info() for one in (child, *child.children(recursive=True))]
                 # What several share counts once, where the system knows.
                 peak = max(peak, sum(getattr(one, "pss", one.rss) for one in tree))
-            time.sleep(0.02)
+            time.sleep(0.05)
         after = os.times()
         if child.returncode not in ENDS:
             said.seek(0)
