@@ -158,7 +158,8 @@ def judged_rows(folder: Path) -> Iterator[dict[str, Any]]:
         gains = [_gain(folder, f"{seed}.mp4", step, smaller) for seed in SEEDS]
         film_s = (time.process_time() - begun) / len(gains)
         error = float(np.sqrt(np.mean((np.array(gains) - 1) ** 2)))
-        yield {"frames a second": FPS // step, "width": 1920 // smaller, "film_s": film_s, "error": error}
+        known = error if np.isfinite(error) else None
+        yield {"frames a second": FPS // step, "width": 1920 // smaller, "film_s": film_s, "error": known}
 
 
 def _gain(folder: Path, name: str, step: int, smaller: int) -> float:
