@@ -1,14 +1,11 @@
-"""Claims and look-ups among many: `moireid lab bench registry`.
+"""A claim among many: `moireid lab bench registry`; what `identify` takes among them is in `moireid lab cost`.
 
-Registries of ten and of 100,000 (`--clips N`: of N) are built the normal way, unless `--keep` has them; a million take
-ten minutes and 5 GB.  Badges are made by putting other ids, names and spacings into a designed
-one, because designing takes longer than all else.
+A registry of 100,000 (`--clips N`: of N) is built the normal way, unless `--keep` has it; a million take ten minutes of
+processor time and 5 GB.
 
-claim: what publishing a bundle of all people takes, its size, and the seconds from nothing to a claimed badge, in a new
-process each, by the registry (as `verify --registry` does, its state and look-alikes included) and by the bundle (as
-`verify --bundle`).  Imports are in it, as they are in what a user waits for.
-identify: in turn, cold processes identify a film of 4 s, 1080p at 30 frames a second, of an enrolled badge, and of one
-that is not enrolled: is it the right one, and no one; CPU seconds over those among ten people, and peak of memory.
+Measured is what publishing a bundle of all people takes, its size, and the seconds from nothing to a claimed badge, in
+a new process each: by the registry, as `verify --registry` does, its state and look-alikes included, and by the bundle,
+as `verify --bundle`.  Imports are in it, as they are in what a user waits for.
 """
 
 from __future__ import annotations
@@ -18,27 +15,17 @@ import statistics
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
-from dataclasses import replace
-from hashlib import sha256
 from pathlib import Path
 
-from moireid.badge import Badge
 from moireid.designer import Order, design_badge, payload_from_hex
 from moireid.idcodes import specimen_of
 from moireid.registry import open_registry
-from moireid.simulate.cameras import camera_named
-from moireid.simulate.filming import film
-from moireid.simulate.motion import motion_named
-from moireid.simulate.scene import Build, Scene
-from moireid_lab.bench.part import OWN, RIGHT, WRONG, Asked, Part, Row
+from moireid_lab.bench.many_people import People
+from moireid_lab.bench.part import OWN, Asked, Part, Row
 
-SEED, FRAMES, FPS = 3, 120, 30.0
 BADGE = design_badge(Order("Ada Lovelace", lens="50lpi"), payload_from_hex("7097c67b0fafc59b"))
-OTHER = design_badge(Order("Grace Hopper", lens="50lpi"), payload_from_hex("0123456789abcdef"))
-FEW, MANY, RUNS = 10, 100_000, 3
-#: Exit codes of `identify`: someone found, no one.  What a claim may take, s.
-FOUND, NO_ONE, CLAIM_S = 0, 1, 5.0
+#: What a claim may take, s.
+MANY, RUNS, CLAIM_S = 100_000, 3, 5.0
 #: What a new process does from its first import to the badge of a claim.
 ONLINE = """
 from moireid.registry import claimed, open_registry
@@ -52,32 +39,6 @@ with Bundle(sys.argv[1]) as bundle:
     bundle.claimed(sys.argv[2]).badge
 """
 CLAIM = "import sys, time\nbegun = time.perf_counter(){look}print(time.perf_counter() - begun)"
-#: A command of its own, with its CPU seconds and peak of memory, KB, as the system counts them.
-COLD = """
-import os, subprocess, sys
-child = subprocess.Popen(sys.argv[1:], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-_, status, used = os.wait4(child.pid, 0)
-print(os.waitstatus_to_exitcode(status), used.ru_utime + used.ru_stime, used.ru_maxrss)
-"""
-
-
-class People:
-    """Badges of one layout, each with its own id, name and spacings."""
-
-    def __init__(self, first: Badge, count: int) -> None:
-        self._first, self._count = first, count
-
-    def __len__(self) -> int:
-        return self._count
-
-    def __iter__(self) -> Iterator[Badge]:
-        grating = self._first.gratings[0]
-        for number in range(self._count):
-            digest = sha256(f"person {number}".encode()).digest()
-            stretch = [1.0 + 0.01 * byte / 255 for byte in digest]
-            cells = tuple(replace(c, pitch_mm=c.pitch_mm * stretch[k % 32]) for k, c in enumerate(grating.cells))
-            gratings = (replace(grating, cells=cells),)
-            yield replace(self._first, id=digest.hex()[:16], name=f"Person {number}", gratings=gratings)
 
 
 def built(folder: Path, count: int) -> str:
@@ -89,15 +50,6 @@ def built(folder: Path, count: int) -> str:
             registry.enroll_many(People(BADGE, count))
             registry.enroll(BADGE)
     return url
-
-
-def filmed(badge: Badge, folder: Path) -> Path:
-    """A film of the badge that is enrolled there, or of one of the same layout that is not."""
-    path = folder / f"{badge.id}.mp4"
-    if not path.exists():
-        scene, motion = Scene(badge, Build(), camera_named("phone")), motion_named("sway", distance_mm=1e3, seed=SEED)
-        film(scene, motion, path, frames=FRAMES, fps=FPS, seed=SEED)
-    return path
 
 
 def asked_of(program: str, *words: str) -> str:
@@ -126,40 +78,19 @@ def claims(folder: Path, count: int) -> Row:
     return row | {"answers": {"claim": (len(took) - late, 0, late)}}
 
 
-def identified(folder: Path, count: int) -> Row:
-    """Cold processes among few and among many."""
-    program = str(Path(sys.executable).with_name("moireid"))
-    row: Row = {"kind": f"{count:,} people"}
-    counts = [0, 0, 0]
-    for what, badge, exit_code in (("enrolled", BADGE, FOUND), ("not enrolled", OTHER, NO_ONE)):
-        path, least = filmed(badge, folder), dict[int, float]()
-        for people in (FEW, count):
-            words = (program, "identify", str(path), "--registry", built(folder, people), "--json")
-            runs = [[float(word) for word in asked_of(COLD, *words).split()] for _ in range(RUNS)]
-            least[people] = min(cpu_s for _, cpu_s, _ in runs)
-            row[f"{what}: MB among {people:,}"] = statistics.median(kilobytes / 1e3 for *_, kilobytes in runs)
-            for exit_found, *_ in runs:
-                answer = RIGHT if exit_found == exit_code else WRONG
-                counts = [total + one for total, one in zip(counts, answer, strict=True)]
-        row[f"{what}: CPU over that among {FEW}"] = least[count] / least[FEW]
-    return row | {"answers": {"identify": counts}}
-
-
 def judged(count: int, folder: Path) -> Row:
-    """Both, as both are of one registry."""
+    """Claims among so many."""
     os.environ |= {"MOIREID_KEYS": f"{folder}/keys", "MOIREID_SEEN": f"{folder}/seen.sqlite3"}
-    claim, identify = claims(folder, count), identified(folder, count)
-    return claim | identify | {"answers": claim["answers"] | identify["answers"]}
+    return claims(folder, count)
 
 
 def cases(asked: Asked) -> dict[str, int]:
     """One registry."""
-    return {"claim and identify": asked.clips or MANY}
+    return {"claims": asked.clips or MANY}
 
 
 QUESTIONS = {
-    "claim": "Is a claimed badge found within 5 s from a cold start, among 100,000 people, by registry and by bundle?",
-    "identify": "Is the right one found among 100,000 people, and no one where the badge is not enrolled?",
+    "claim": "Is a claimed badge found within 5 s from a cold start, among 100,000 people, by registry and by bundle?"
 }
 SOURCES = ("moireid.cli.main", "moireid.registry.bundle.held")
 PART = Part(QUESTIONS, OWN, cases, judged, sources=SOURCES)

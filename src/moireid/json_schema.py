@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 from functools import cache
+from importlib import resources
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -42,3 +43,8 @@ def compiled(schema: str, *others: str) -> Draft202012Validator:
     documents = map(json.loads, others)
     known = Registry([(one["$id"], one) for one in documents], draft=Draft202012)
     return Draft202012Validator(json.loads(schema), registry=known)
+
+
+def report_schema() -> str:
+    """JSON Schema (2020-12) of `verify --json`, as text."""
+    return resources.files("moireid").joinpath("schema/report.schema.json").read_text(encoding="utf-8")

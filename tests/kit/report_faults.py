@@ -7,7 +7,7 @@ from typing import Any
 
 import jsonschema
 
-from moireid.verifier.session.result import report_schema
+from moireid.json_schema import report_schema
 
 SCHEMA = json.loads(report_schema())
 

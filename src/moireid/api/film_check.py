@@ -15,12 +15,12 @@ from moireid.verifier.report.circumstances import Circumstances
 from moireid.verifier.report.headline import Headline, headline_of
 from moireid.verifier.report.report_page import LAW, Pictures, write_pages
 from moireid.verifier.report.summary import summary_html
-from moireid.verifier.signal_table import SignalTable
 
 if TYPE_CHECKING:
     from moireid.api.asking import LookUp
     from moireid.reading.film_orders import Progress
     from moireid.reading.film_reader import Reader
+    from moireid.verifier.signal_table import SignalTable
 
 
 @dataclass(frozen=True, repr=False)
@@ -77,7 +77,7 @@ class FilmCheck:
         Returns
         -------
         dict
-            As `moireid.verifier.session.result.report_schema` describes it.
+            As `moireid.json_schema.report_schema` describes it.
         """
         return self.document
 
@@ -96,6 +96,8 @@ class FilmCheck:
         """
         if not self.pictures.signals:
             raise SpecError("this check kept no signals; call verify with pictures=True, which is its default")
+        from moireid.verifier.signal_table import SignalTable
+
         return SignalTable.from_csv(self.pictures.signals)
 
     def plot(self, grating: int | None = None) -> Any:

@@ -7,17 +7,18 @@ from __future__ import annotations
 
 import json
 from functools import cache
-from typing import Annotated, Any, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 import msgspec
 from msgspec import Meta
 
 from moireid.errors import MediaError
-from moireid.json_schema import schema_fault
+from moireid.json_schema import report_schema, schema_fault
 from moireid.provenance import Exclusion
 from moireid.verifier.report.report_page import Pictures
-from moireid.verifier.session.identify import EnrolledPeople
-from moireid.verifier.session.result import report_schema
+
+if TYPE_CHECKING:
+    from moireid.verifier.session.identify import EnrolledPeople
 
 Model = TypeVar("Model")
 #: Frames read, and the number expected.

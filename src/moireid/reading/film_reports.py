@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from moireid.badge import Badge
 from moireid.errors import MediaError
@@ -19,8 +19,10 @@ from moireid.reading.answers import FilmAnswer, answer_to, checked, checked_iden
 from moireid.reading.film_orders import Progress, identify_film, judge_film, published_method
 from moireid.reading.film_reader import Reader
 from moireid.verifier.opened_file import OpenedFile
-from moireid.verifier.session.identify import EnrolledPeople
 from moireid.version import __version__
+
+if TYPE_CHECKING:
+    from moireid.verifier.session.identify import EnrolledPeople
 
 
 def judged_film(

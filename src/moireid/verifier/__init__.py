@@ -25,15 +25,19 @@ signal_table.py  the signals of a film as named columns
 series.py     medians, means, greatest values and splines over frames
 """
 
+from moireid.lazy import lazy
 from moireid.question import KnownCamera, Question
-from moireid.verifier.picture import Frame
-from moireid.verifier.report.circumstances import Circumstances
-from moireid.verifier.report.report_page import write_report
-from moireid.verifier.session.film import verify
-from moireid.verifier.session.identify import Identification, identify
-from moireid.verifier.session.result import Report
-from moireid.verifier.session.streaming import Running, Verifier
-from moireid.verifier.video import Film
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from moireid.verifier.picture import Frame
+    from moireid.verifier.report.circumstances import Circumstances
+    from moireid.verifier.report.report_page import write_report
+    from moireid.verifier.session.film import verify
+    from moireid.verifier.session.identify import Identification, identify
+    from moireid.verifier.session.result import Report
+    from moireid.verifier.session.streaming import Running, Verifier
+    from moireid.verifier.video import Film
 
 __all__ = [
     "Circumstances",
@@ -49,3 +53,19 @@ __all__ = [
     "verify",
     "write_report",
 ]
+
+__getattr__ = lazy(
+    __name__,
+    {
+        "Circumstances": "report.circumstances",
+        "Film": "video",
+        "Frame": "picture",
+        "Identification": "session.identify",
+        "Report": "session.result",
+        "Running": "session.streaming",
+        "Verifier": "session.streaming",
+        "identify": "session.identify",
+        "verify": "session.film",
+        "write_report": "report.report_page",
+    },
+)

@@ -7,6 +7,7 @@ the second piece was recorded is unknown, so nothing may be smoothed or unwrappe
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from moireid.errors import SpecError
@@ -22,6 +23,8 @@ RESTART_S = 0.1
 JOINT_S = 0.5
 #: A report lists at most this many intervals, the longest ones.
 MOST_NAMED = 20
+
+Span = tuple[float, float]  #: First and last time, s.
 
 
 class FilmTime:
@@ -97,3 +100,18 @@ class Spans:
         """The longest `MOST_NAMED`, in order of time."""
         longest = sorted(self.spans, key=lambda span: span[0] - span[1])[:MOST_NAMED]
         return [[json_number(start), json_number(end)] for start, end in sorted(longest)]
+
+
+def outside(span: Span, spans: Sequence[Span]) -> tuple[Span, ...]:
+    """The parts of a span that are in none of the others."""
+    left: list[Span] = [span]
+    for start, end in spans:
+        left = [part for one in left for part in ((one[0], min(one[1], start)), (max(one[0], end), one[1]))]
+        left = [part for part in left if part[1] > part[0]]
+    return tuple(left)
+
+
+def within(span: Span, spans: Sequence[Span]) -> tuple[Span, ...]:
+    """The parts of a span that are in any of the others."""
+    parts = [(max(span[0], start), min(span[1], end)) for start, end in sorted(spans)]
+    return tuple(part for part in parts if part[1] > part[0])

@@ -16,9 +16,9 @@ import pytest
 from jsonschema import Draft202012Validator
 
 from moireid.badge import Badge
+from moireid.json_schema import report_schema
 from moireid.verifier import Question
 from moireid.verifier.picture import Picture
-from moireid.verifier.session.result import report_schema
 from moireid_lab.bench.live import FACE_MM, answer, frames, portrait
 from moireid_studio.challenge.challenge import Prompt
 from moireid_studio.challenge.session import READY_S

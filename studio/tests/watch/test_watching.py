@@ -16,9 +16,9 @@ import pytest
 from jsonschema import Draft202012Validator
 
 from kit.streams import pictures, watched, write_stream
+from moireid.json_schema import report_schema
 from moireid.provenance import Exclusion
 from moireid.sandbox.seal import MEANS
-from moireid.verifier.session.result import report_schema
 from moireid_studio.watch.order import Patience
 from moireid_studio.watch.watching import harmless
 

@@ -7,7 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from moireid.verifier.decision.figures import calibrated_log10, in_words
+from moireid.verifier.decision.figures import calibrated_log10
+from moireid.verifier.explanations.table import in_words
 from moireid.verifier.limits import CALIBRATION_CAP_LOG10
 
 

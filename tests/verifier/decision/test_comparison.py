@@ -10,18 +10,12 @@ import numpy as np
 import pytest
 
 from kit.fringe_signals import FRAMES, apart_from, clock, fringe_signal, lasting_noise, trajectory
-from moireid.verifier.decision.comparison import (
-    Explanation,
-    GratingComparison,
-    compare,
-    film_table,
-    law_row,
-    merge_chapters,
-)
+from moireid.verifier.decision.comparison import GratingComparison, compare, film_table, law_row, merge_chapters
 from moireid.verifier.decision.doubts import camera_doubted
 from moireid.verifier.decision.figures import Figures
 from moireid.verifier.decision.judge import judge
 from moireid.verifier.decision.sheet_gain import DESIGNED
+from moireid.verifier.explanations.table import Explanation
 from moireid.verifier.fringes.grating_signal import GratingSignal
 from moireid.verifier.limits import (
     LEAST_STRENGTH,

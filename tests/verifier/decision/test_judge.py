@@ -20,11 +20,12 @@ from kit.fringe_signals import (
 )
 from moireid.lenticule import view_law
 from moireid.sheets import PRODUCTS
-from moireid.verifier.decision.comparison import Explanation, compare
+from moireid.verifier.decision.comparison import compare
 from moireid.verifier.decision.judge import Invariant, gain_of, judge
 from moireid.verifier.decision.sheet_gain import DESIGNED, SheetGain
 from moireid.verifier.explanations.residuals import residual_limit_rad
 from moireid.verifier.explanations.strength import one_in
+from moireid.verifier.explanations.table import Explanation
 from moireid.verifier.fringes.grating_signal import BeyondPhase, DepthLaw, GratingSignal
 from moireid.verifier.fringes.strip_law import air_law
 from moireid.verifier.limits import (

@@ -19,7 +19,7 @@ from moireid.question import KnownCamera
 from moireid.verifier.decision.judge import judge
 from moireid.verifier.fringes.signals import measure
 from moireid.verifier.identity.decode import Identity
-from moireid.verifier.report.seconds import frame_picture, moment_to_show
+from moireid.verifier.report.film_frame import frame_picture, moment_to_show
 from moireid.verifier.session.result import Report
 from moireid.verifier.video import Film
 

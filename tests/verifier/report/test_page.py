@@ -21,8 +21,8 @@ from kit.numeric_films import FRAMES, TYPICAL, filmed
 from moireid.badge import Badge, badge_from_json
 from moireid.provenance import BadgeHolder, Standing
 from moireid.question import KnownCamera
-from moireid.verifier.decision.figures import in_words
 from moireid.verifier.decision.judge import Invariant, Segment, judge
+from moireid.verifier.explanations.table import in_words
 from moireid.verifier.explanations.words import does
 from moireid.verifier.fringes.signals import Measurement, measure
 from moireid.verifier.identity.decode import Identity

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from moireid.verifier.decision.comparison import LAW_PLUS, Explanation, cause_of
 from moireid.verifier.explanations.honest import PhaseSeries
 from moireid.verifier.explanations.rivals import RIVALS, Rival
+from moireid.verifier.explanations.table import LAW_PLUS, Explanation, cause_of
 from moireid.verifier.explanations.words import WORDS
 from moireid.verifier.limits import CALIBRATION_CAP_LOG10
 from moireid.verifier.report.rival_plot import best_fit

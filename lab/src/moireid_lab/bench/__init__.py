@@ -13,6 +13,7 @@ bench_rows.py  rows made by the engine of collections (moireid_lab.archive), kep
 bench_plots.py the one plot of a bench
 cost.py        the processor time of commands over that of bare packages
 suites.py      the suites, and the module of each bench; those in benchmarks/ too
+many_people.py badges of a hundred thousand people
 live.py        simulated challenges and calls, and replays of earlier answers
 paper_films.py the films of the paper's experiments, and stand-ins for what cannot be had
 paper_tables.py the paper's tables next to ours

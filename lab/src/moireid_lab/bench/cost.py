@@ -1,20 +1,35 @@
-"""The processor time of what people wait for, over that of bare packages on the same machine."""
+"""The processor time of what people wait for, over that of bare packages on the same machine, and its memory."""
 
 from __future__ import annotations
 
 import os
-import subprocess
+import re
 import sys
-from collections.abc import Iterator
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
+import av
+import cv2
+import numpy as np
+import psutil
+
+from moireid.badge import load_badge
 from moireid.errors import MoireIdError
-from moireid_lab.bench.part import OWN, Asked, Part, Row
+from moireid.registry import open_registry
+from moireid.verifier import Film, Frame, Question, Verifier
+from moireid.verifier.session.chapters import invariant_of
+from moireid_lab.bench.many_people import People
+from moireid_lab.bench.part import OWN, RIGHT, WRONG, Asked, Part, Row
 
 #: Each is a program of its own that does no more than the packages must, for a film named by its first argument.
-PROGRAM = "from moireid.cli.main import main; main()"
+COMMAND = "from moireid.cli.main import main; main()"
 CLICK = "import click"
+CAD = "import build123d"
 DRAWING = "import click, cv2, msgspec, numpy, PIL.Image, reportlab.pdfgen.canvas, uharfbuzz"
 DECODING = """import sys, av, click, cv2, numpy
 with av.open(sys.argv[1]) as film:
@@ -23,7 +38,7 @@ with av.open(sys.argv[1]) as film:
         shown = picture
 """
 ENCODING = f"""{DECODING}
-with av.open(sys.argv[2], "w") as made:
+with av.open(sys.argv[1] + ".again.mp4", "w") as made:
     stream = made.add_stream("libx264", rate=60, options={{"preset": "ultrafast"}})
     stream.width, stream.height = shown.width, shown.height
     with av.open(sys.argv[1]) as film:
@@ -32,62 +47,214 @@ with av.open(sys.argv[2], "w") as made:
             made.mux(stream.encode(picture))
         made.mux(stream.encode())
 """
-FPS, SECONDS = 60, 4
-#: The same badge at each run.
-BADGE = ["print", "Ada Lovelace", "--mount", "none", "--payload", "7097c67b0fafc59b", "--overwrite"]
+FPS, SECONDS, MOST_MB, FEW, MANY = 60, 4, 250, 10, 100_000
+#: Exit codes of a command that did its work: of a film it may have accepted, rejected or neither.
+ENDS = (0, 1, 3)
+#: The same badge, and the same films, at each run.
+PRINT = "print Ada.Lovelace --payload 7097c67b0fafc59b --overwrite --out"
+FILM = f"simulate ada/badge.json --overwrite --fps {FPS} --frames {FPS * SECONDS} --seed"
 
 
-def cost_rows(folder: Path, runs: int) -> Iterator[dict[str, Any]]:
-    """One row for each command, as each is measured; the first make what the later ones read."""
-    ada, film, registry = folder / "ada", folder / "film.mp4", f"{folder / 'registry.sqlite'}"
-    printing = [*BADGE, "--out", str(ada)]
-    filming = ["simulate", str(ada / "badge.json"), "--out", str(film), "--fps", str(FPS), "--seed", "1"]
+class Case(NamedTuple):
+    """A command and the program that is its limit, with the names of their files; how many times that is to be taken,
+    and which ratio was asked for.
 
-    def row(work: str, s: float, limit: str, limit_s: float, asked: float) -> dict[str, Any]:
-        return {"work": work, "s": s, "limit": limit, "limit_s": limit_s, "ratio": s / limit_s, "asked": asked}
+    taken_off: a program whose time is not of the limit's.
+    """
 
-    yield row("--help", _cpu_s(PROGRAM, ["--help"], runs), "import click", _cpu_s(CLICK, [], runs), 1.8)
-    _cpu_s(PROGRAM, [*printing, "--registry", registry], 1)
-    drawing_s = _cpu_s(DRAWING, [], runs)
-    yield row("print --mount none", _cpu_s(PROGRAM, printing, runs), "imports", drawing_s, 3.2)
-    filming_s = _cpu_s(PROGRAM, [*filming, "--frames", str(FPS * SECONDS), "--overwrite"], runs)
-    decoding_s = _cpu_s(DECODING, [str(film)], runs)
-    encoding_s = _cpu_s(ENCODING, [str(film), str(folder / "again.mp4")], runs) - 2 * decoding_s
-    yield row("simulate, 4 s", filming_s, "x264 ultrafast", encoding_s, 4.5)
-    verify_s = _cpu_s(PROGRAM, ["verify", str(film), "--badge", str(ada / "badge.json")], runs)
-    yield row("verify, 4 s, cold", verify_s, "imports and decoding", decoding_s, 1.6)
-    identify_s = _cpu_s(PROGRAM, ["identify", str(film), "--registry", registry], runs)
-    yield row("identify, 4 s", identify_s, "verify", verify_s, 1.3)
+    command: str
+    limit: str
+    program: str
+    argument: str
+    asked: float
+    times: float = 1.0
+    taken_off: str = ""
 
 
-def _cpu_s(program: str, words: list[str], runs: int) -> float:
-    """Least processor time of a Python program and the processes that it waits for, s.
+VERIFY = "verify {} --badge ada/badge.json"
+CASES = {
+    "--help": Case("--help", "import click", CLICK, "", 1.8),
+    "print --mount none": Case(f"{PRINT} made --mount none", "imports", DRAWING, "", 3.2),
+    "print": Case(f"{PRINT} mounted", "import build123d", CAD, "", 1.3),
+    "print --people, 10": Case(
+        "print --people people.csv --format a6 --overwrite --out list", "imports, for each", DRAWING, "", 2.0, 10
+    ),
+    "simulate, 4 s": Case(f"{FILM} 1 --out made.mp4", "x264 ultrafast", ENCODING, "film.mp4", 4.5, 1, DECODING),
+    "simulate handheld": Case(
+        f"{FILM} 1 --motion handheld --out made.mp4", "x264 ultrafast", ENCODING, "film.mp4", 4.5, 1, DECODING
+    ),
+    "simulate --camera dim": Case(
+        f"{FILM} 1 --camera dim --out made.mp4", "x264 ultrafast", ENCODING, "film.mp4", 6.5, 1, DECODING
+    ),
+    "verify, 4 s, cold": Case(VERIFY.format("film.mp4"), "imports and decoding", DECODING, "film.mp4", 1.6),
+    "verify, badge lost": Case(VERIFY.format("lost.mp4"), "imports and decoding", DECODING, "lost.mp4", 1.8),
+    "verify, 1 minute": Case(VERIFY.format("minute.mp4"), "imports and decoding", DECODING, "minute.mp4", 1.3),
+    "verify, 10 minutes": Case(VERIFY.format("minutes.mp4"), "imports and decoding", DECODING, "minutes.mp4", 1.3),
+    "identify, 10 people": Case(
+        "identify film.mp4 --registry few.sqlite", "verify", COMMAND, VERIFY.format("film.mp4"), 1.3
+    ),
+    "identify, 100,000 people": Case(
+        "identify film.mp4 --registry many.sqlite", "10 people", COMMAND, "identify film.mp4 --registry few.sqlite", 1.1
+    ),
+}
+#: Films by which the error of a gain is measured, each n-th frame of them, and pictures so many times smaller.
+SEEDS, JUDGED = (1, 2, 3, 4), ((1, 1), (2, 1), (3, 1), (4, 1), (6, 1), (1, 2), (1, 3))
 
+
+def cost_row(work: str, folder: Path, runs: int) -> Row:
+    """A command next to its limit, run in turn so that what else the machine does slows both."""
+    case, spent = CASES[work], []
+    for _ in range(runs):
+        limit_s, _ = _run(folder, case.program, case.argument)
+        less_s = _run(folder, case.taken_off, case.argument)[0] if case.taken_off else 0.0
+        spent.append((*_run(folder, COMMAND, case.command), limit_s, less_s))
+    s, mb, limit_s, less_s = map(min, zip(*spent, strict=True))
+    # A picture is decoded twice where it is encoded.
+    limit_s = case.times * (limit_s - 2 * less_s)
+    row = {"work": work, "s": s, "limit": case.limit, "limit_s": limit_s, "ratio": s / limit_s, "asked": case.asked}
+    return row | {"MB": mb, "of_most": mb / MOST_MB}
+
+
+def judged_rows(folder: Path) -> Iterator[dict[str, Any]]:
+    """Error of the gain, root mean square over true films, and processor time, by what is read of each."""
+    for seed in SEEDS:
+        _run(folder, COMMAND, f"{FILM} {seed} --build ideal --out {seed}.mp4")
+    for step, smaller in JUDGED:
+        begun = time.process_time()
+        gains = [_gain(folder, f"{seed}.mp4", step, smaller) for seed in SEEDS]
+        film_s = (time.process_time() - begun) / len(gains)
+        error = float(np.sqrt(np.mean((np.array(gains) - 1) ** 2)))
+        known = error if np.isfinite(error) else None
+        yield {"frames a second": FPS // step, "width": 1920 // smaller, "film_s": film_s, "error": known}
+
+
+def _gain(folder: Path, name: str, step: int, smaller: int) -> float:
+    """The gain of a film of which each `step`-th frame is read, in pictures so many times smaller."""
+    badge = load_badge(folder / "ada" / "badge.json")
+    verifier = Verifier(Question(badge, badge.id), running=False)
+    for frame in Film(folder / name).frames():
+        if frame.index % step == 0:
+            luma = frame.picture.whole
+            if smaller > 1:
+                luma = cv2.resize(luma, None, fx=1 / smaller, fy=1 / smaller, interpolation=cv2.INTER_AREA)
+            verifier.push(Frame(frame.index // step, frame.time_s, np.asarray(luma, np.uint8)))
+    return invariant_of(verifier.finish()).gain_ratio or np.nan
+
+
+def _run(folder: Path, program: str, words: str) -> tuple[float, float]:
+    """Processor time of a Python program and the processes that it waits for, s; and the most memory of them all, MB.
+
+    Parameters: words: its arguments; files of `FILES` are made before.
     Raises: MoireIdError where it fails.
     """
-    found = []
-    for _ in range(runs):
-        before = os.times()
-        done = subprocess.run([sys.executable, "-c", program, *words], capture_output=True, text=True)
+    for name, make in FILES.items():
+        needed = re.search(rf"\b{re.escape(name)}\b", words) and f"--out {name}" not in words
+        if needed and not (folder / name).exists():
+            make(folder, folder / name)
+    arguments = [word.replace("Ada.", "Ada ") for word in words.split()]
+    with tempfile.TemporaryFile() as said:
+        before, peak = os.times(), 0
+        child = psutil.Popen([sys.executable, "-c", program, *arguments], cwd=folder, stdout=said, stderr=said)
+        while child.poll() is None:
+            # A process of it may end at any moment.
+            with suppress(psutil.NoSuchProcess):
+                tree = [one.memory_full_info() for one in (child, *child.children(recursive=True))]
+                # What several share counts once, where the system knows.
+                peak = max(peak, sum(getattr(one, "pss", one.rss) for one in tree))
+            time.sleep(0.05)
         after = os.times()
-        if done.returncode:
-            raise MoireIdError(f"moireid {' '.join(words)} ended with {done.returncode}: {done.stderr.strip()[-300:]}")
-        found.append(after.children_user + after.children_system - before.children_user - before.children_system)
-    return min(found)
+        if child.returncode not in ENDS:
+            said.seek(0)
+            text = said.read().decode(errors="replace").strip()[-300:]
+            raise MoireIdError(f"moireid {words} ended with {child.returncode}: {text}")
+    used_s = after.children_user + after.children_system - before.children_user - before.children_system
+    return used_s, peak / 1e6
 
 
-def judged(runs: int, folder: Path) -> Row:
-    """All commands, one after another."""
-    rows = list(cost_rows(folder, runs))
-    over = sum(row["ratio"] > row["asked"] for row in rows)
-    row: Row = {"kind": "commands", "answers": {"cost": (len(rows) - over, 0, over)}}
-    return row | {f"{one['work']} over {one['limit']}": one["ratio"] for one in rows}
+def _made(folder: Path, path: Path, command: str) -> None:
+    _run(folder, COMMAND, f"{command} --out {path.name}")
 
 
-def cases(asked: Asked) -> dict[str, int]:
-    """One."""
-    return {"commands": asked.clips or 3}
+def looped(film: Path, out: Path, times: int) -> Path:
+    """The film over and over, its packets copied; where it begins again the badge jumps."""
+    with av.open(str(out), "w") as made:
+        stream, later = None, 0
+        for _ in range(times):
+            last = 0
+            with av.open(str(film)) as source:
+                shown = source.streams.video[0]
+                stream = stream or made.add_stream_from_template(shown)
+                for packet in source.demux(shown):
+                    if packet.dts is None or packet.pts is None:
+                        continue
+                    last = max(last, packet.pts + (packet.duration or 0))
+                    packet.pts, packet.dts, packet.stream = packet.pts + later, packet.dts + later, stream
+                    made.mux(packet)
+            later += last
+    return out
 
 
-QUESTIONS = {"cost": "Do --help, print, simulate, verify and identify take no more over their limit than is asked?"}
+def _looped(folder: Path, path: Path, times: int) -> None:
+    looped(folder / "film.mp4", path, times)
+
+
+def _lost(folder: Path, path: Path) -> None:
+    """The film, whose camera turns from the badge to a wall full of boxes, and back, every two seconds."""
+    wall = np.kron(np.random.default_rng(1).integers(20, 235, (27, 48)), np.ones((40, 40))).astype(np.uint8)
+    with av.open(str(folder / "film.mp4")) as source, av.open(str(path), "w") as made:
+        stream = made.add_stream("libx264", rate=FPS)
+        for number, picture in enumerate(source.decode(video=0)):
+            seen = picture.to_ndarray(format="gray")
+            if not number:
+                stream.height, stream.width = seen.shape
+            turned = np.clip(4 * abs(number / FPS % 2 - 1) - 1.5, 0, 1) * seen.shape[1]
+            view = np.roll(np.hstack([wall, seen]), -int(turned), axis=1)[:, -seen.shape[1] :]
+            grey = av.VideoFrame.from_ndarray(np.ascontiguousarray(view), format="gray")
+            made.mux(stream.encode(grey.reformat(format="yuv420p")))
+        made.mux(stream.encode())
+
+
+def _enrolled(folder: Path, path: Path, people: int) -> None:
+    """A registry of so many people."""
+    badge = load_badge(folder / "ada" / "badge.json")
+    with open_registry(str(path), create=True) as registry:
+        registry.enroll_many(People(badge, people - 1))
+        registry.enroll(badge)
+
+
+def _listed(folder: Path, path: Path) -> None:
+    path.write_text("name\n" + "".join(f"Person {number}\n" for number in range(10)), encoding="utf-8")
+
+
+#: The files that commands read, in the order in which they need each other.
+FILES: dict[str, Callable[[Path, Path], None]] = {
+    "ada": partial(_made, command="print Ada.Lovelace --payload 7097c67b0fafc59b --mount none"),
+    "film.mp4": partial(_made, command=f"{FILM} 1"),
+    "lost.mp4": _lost,
+    "minute.mp4": partial(_looped, times=15),
+    "minutes.mp4": partial(_looped, times=150),
+    "people.csv": _listed,
+    "few.sqlite": partial(_enrolled, people=FEW),
+    "many.sqlite": partial(_enrolled, people=MANY),
+}
+
+
+def judged(work: str, folder: Path) -> Row:
+    """A command's row: is it within what was asked, and within the memory?"""
+    row = cost_row(work, folder, RUNS)
+    within = {"cost": row["ratio"] <= row["asked"], "memory": row["of_most"] <= 1}
+    answers = {question: RIGHT if kept else WRONG for question, kept in within.items()}
+    return {"kind": work, "answers": answers} | {one: row[one] for one in ("ratio", "asked", "s", "MB")}
+
+
+def cases(asked: Asked) -> dict[str, str]:
+    """All commands."""
+    return {work: work for work in CASES}
+
+
+RUNS = 3
+QUESTIONS = {
+    "cost": "Does a command take no more processor time over its limit than is asked?",
+    "memory": f"Does a command take at most {MOST_MB} MB, with all its processes?",
+}
 PART = Part(QUESTIONS, OWN, cases, judged, sources=("moireid.cli.main",))

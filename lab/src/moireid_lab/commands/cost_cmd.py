@@ -1,4 +1,4 @@
-"""cost: the processor time of what people wait for, over that of bare packages on the same machine."""
+"""cost: the processor time of what people wait for, over that of bare packages on the same machine, and its memory."""
 
 from __future__ import annotations
 
@@ -9,30 +9,38 @@ import click
 
 from moireid.cli.common import echo, friendly, json_option, show_json, status_line
 
-COLUMNS = {"work": "<32", "s": ">7.3f", "limit": "<26", "limit s": "limit_s >7.3f", "ratio": ">6.2f", "asked": ">6.2f"}
+COLUMNS = {"work": "<26", "s": ">7.2f", "limit": "<22", "limit s": "limit_s >7.2f", "ratio": ">6.2f"}
+COLUMNS |= {"asked": ">6.2f", "MB": ">6.0f", "of 250 MB": "of_most >9.2f"}
+JUDGED_COLUMNS = {"frames a second": ">15", "width": ">6", "s a film": "film_s >9.2f", "gain's error": "error >12.4f"}
 
 
 @click.command("cost")
 @click.option("--runs", type=click.IntRange(1), default=3, show_default=True, help="Runs of each; the least counts.")
+@click.option("--only", metavar="REGEX", help="Only the rows whose work holds this.")
+@click.option("--judged", is_flag=True, help="Instead, the error of a gain against what is read of a film.")
 @json_option
 @friendly
-def cost_command(runs: int, as_json: bool) -> None:
+def cost_command(runs: int, only: str | None, judged: bool, as_json: bool) -> None:
     """Compare what commands cost with the least that they could.
 
     Each row is the processor time of a command with all its processes, the least of some runs, over that of its limit
-    on this machine: bare packages imported, or a film decoded or encoded and nothing else. The film is simulated: 4 s
-    at 1080p and 60 frames a second.
+    on this machine: bare packages imported, or a film decoded or encoded and nothing else. Memory is the most that
+    these processes hold at one time. The films are simulated: 4 s at 1080p and 60 frames a second, shown over and over
+    for a minute or ten, or with the badge out of the picture now and then.
     """
-    from moireid_lab.bench.cost import cost_rows
+    from moireid_lab.bench.bench_rows import chosen_names
+    from moireid_lab.bench.cost import CASES, cost_row, judged_rows
     from moireid_lab.evaluation.text_table import table_lines
 
-    with status_line() as say, tempfile.TemporaryDirectory() as folder:
-        rows = []
-        for row in cost_rows(Path(folder), runs):
-            say(row["work"])
+    columns = JUDGED_COLUMNS if judged else COLUMNS
+    with status_line() as say, tempfile.TemporaryDirectory() as named:
+        rows, folder = [], Path(named)
+        made = (cost_row(work, folder, runs) for work in chosen_names(list(CASES), only))
+        for row in judged_rows(folder) if judged else made:
+            say(str(next(iter(row.values()))))
             rows.append(row)
     if as_json:
         show_json({"rows": rows})
         return
-    for line in table_lines(rows, COLUMNS):
+    for line in table_lines(rows, columns):
         echo(line)

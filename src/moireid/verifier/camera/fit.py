@@ -161,10 +161,10 @@ def _solved(
     best, log_zoom = film, none
     for _ in range(ROUNDS):
 
-        def film_of(path: Array, camera: FilmWide = best) -> FilmWide:
-            return camera.of_points(unzoomed(points_px, path, middle))
+        def residual_of(path: Array, camera: FilmWide = best) -> tuple[Array, Array]:
+            return camera.of_points(unzoomed(points_px, path, middle)).zoom_residual()
 
-        path = zoom_path(film_of, best.chosen, times_s, film.cuts, frame_px)
+        path = zoom_path(residual_of, best.chosen, times_s, film.cuts, frame_px)
         if path is None:
             return film, poses, lasting, none
         log_zoom = path

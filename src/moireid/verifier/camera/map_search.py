@@ -15,7 +15,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -231,12 +230,8 @@ FAR_SDS = 6.0
 #: A solution has settled if the path moves by less than this.
 SETTLED, MOST_STEPS, LONGEST_STEP = 0.003, 8, 0.15
 
-
-class CameraFilm(Protocol):
-    """What is needed of a film's camera, `self_calibration.FilmWide`."""
-
-    def zoom_residual(self) -> tuple[Array, Array]:
-        """As `FilmWide.zoom_residual`."""
+#: Residuals and their slopes under the path of a zoom (T,).
+Residuals = Callable[[Array], tuple[Array, Array]]
 
 
 def unzoomed(points_px: Array, log_zoom: Array, middle_px: tuple[float, float]) -> Array:
@@ -245,25 +240,25 @@ def unzoomed(points_px: Array, log_zoom: Array, middle_px: tuple[float, float]) 
 
 
 def zoom_path(
-    film_of: Callable[[Array], CameraFilm], frames: Numbers, times_s: Array, cuts: NDArray[np.bool_], noise_px: float
+    residual_of: Residuals, frames: Numbers, times_s: Array, cuts: NDArray[np.bool_], noise_px: float
 ) -> Array | None:
     """The zoom's path, (T,), or None where the film does not clearly show one.
 
-    Parameters: film_of: the film of unzoomed points, from the path (T,); frames: in which `CameraFilm.zoom_residual`
+    Parameters: residual_of: `FilmCamera.zoom_residual` of unzoomed points, from the path (T,); frames: in which that
         measures; cuts (T,): frames before which the picture jumps; noise_px: standard deviation of a frame's residual.
     """
     numbers = np.asarray(np.cumsum(cuts), np.int64)
-    likely, path = _likeliest(film_of, frames, times_s, numbers, 0.0, noise_px, -np.inf)
+    likely, path = _likeliest(residual_of, frames, times_s, numbers, 0.0, noise_px, -np.inf)
     least = likely + CLEAR
     for spread in SPREADS:
-        found, its_path = _likeliest(film_of, frames, times_s, numbers, spread, noise_px, least)
+        found, its_path = _likeliest(residual_of, frames, times_s, numbers, spread, noise_px, least)
         if found > max(likely, least):
             likely, path = found, its_path
     return np.asarray(path - path.mean()) if likely > least else None
 
 
 def _likeliest(
-    film_of: Callable[[Array], CameraFilm],
+    residual_of: Residuals,
     frames: Numbers,
     times_s: Array,
     numbers: Numbers,
@@ -281,7 +276,7 @@ def _likeliest(
     noise = noise_px**2 * (np.eye(count) + LASTING_SHARE**2 * _alike(clock, clock, LASTING_S))
     path, value = np.zeros(len(times_s)), -np.inf
     for _ in range(MOST_STEPS):
-        residual, slope = film_of(path).zoom_residual()
+        residual, slope = residual_of(path)
         # A frame that is far off, as one that is shaken, is pulled in.
         target = slope * path[frames] + np.clip(residual, -FAR_SDS * noise_px, FAR_SDS * noise_px)
         factor = np.linalg.cholesky(slope[:, None] * own * slope + noise)

@@ -182,16 +182,6 @@ def _slope_sd(residual: Array, power: float) -> float:
     return math.sqrt(float(residual @ residual) / len(residual) / power * (1 + lag_one) / (1 - lag_one))
 
 
-#: Least calibrated logarithm of the odds, and its words; the same words serve below 0, for the forged explanation.
-SCALE = (
-    (4.0, "very strong"),
-    (3.0, "strong"),
-    (2.0, "moderately strong"),
-    (1.0, "moderate"),
-    (0.3, "weak"),
-)
-
-
 def calibrated_log10(score: float) -> float:
     """Calibrated decadic logarithm of the odds of the honest explanation, capped on both sides.
 
@@ -202,11 +192,3 @@ def calibrated_log10(score: float) -> float:
     if score > 0:
         value = max(value + limits.CALIBRATION_OFFSET_LOG10, 0.0)
     return min(max(value, -limits.CALIBRATION_CAP_LOG10), limits.CALIBRATION_CAP_LOG10)
-
-
-def in_words(log10: float) -> str:
-    """The support that calibrated odds give, as a sentence's end."""
-    for least, words in SCALE:
-        if abs(log10) >= least:
-            return f"{words} support for {'the law' if log10 > 0 else 'another explanation'}"
-    return "no support either way"

@@ -11,17 +11,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from moireid.verifier import limits
-from moireid.verifier.decision.comparison import (
-    LAW_PLUS,
-    Explanation,
-    GratingComparison,
-    cause_of,
-    enough_motion_rad,
-)
+from moireid.verifier.decision.comparison import GratingComparison, enough_motion_rad
 from moireid.verifier.decision.figures import Figures
 from moireid.verifier.decision.sheet_gain import SheetGain, gain_reason, lens_reason
 from moireid.verifier.explanations.residuals import credible_error_rad, residual_limit_rad
 from moireid.verifier.explanations.strength import one_in
+from moireid.verifier.explanations.table import LAW_PLUS, Explanation, cause_of
 from moireid.verifier.explanations.words import WORDS, does
 from moireid.verifier.fringes.grating_signal import GratingSignal
 from moireid.verifier.reasons import Level, Reason

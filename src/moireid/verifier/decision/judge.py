@@ -29,14 +29,7 @@ from numpy.typing import NDArray
 
 from moireid.verifier import limits
 from moireid.verifier.decision import findings
-from moireid.verifier.decision.comparison import (
-    Explanation,
-    GratingComparison,
-    compare,
-    film_table,
-    law_row,
-    merge_chapters,
-)
+from moireid.verifier.decision.comparison import GratingComparison, compare, film_table, law_row, merge_chapters
 from moireid.verifier.decision.doubts import camera_doubted, doubts_of
 from moireid.verifier.decision.figures import Figures, calibrated_log10, figures_of
 from moireid.verifier.decision.parts import parts, parts_of
@@ -45,6 +38,7 @@ from moireid.verifier.decision.sheet_gain import DESIGNED, SheetGain
 from moireid.verifier.explanations.honest import without_short_stretches
 from moireid.verifier.explanations.photographs.fringe_spacing import spacing_of
 from moireid.verifier.explanations.strength import one_in
+from moireid.verifier.explanations.table import Explanation
 from moireid.verifier.fringes.grating_signal import GratingSignal
 from moireid.verifier.fringes.signals import Measurement
 from moireid.verifier.identity.cell_slip import TOGETHER, RowsApart

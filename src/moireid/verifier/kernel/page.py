@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -152,21 +151,6 @@ class PageRows:
         return profiles
 
 
-@dataclass(frozen=True)
-class PatchComparison:
-    """Picture and print, patch by patch: its gain (K,), counts; which patches are visible; the correlation over those;
-    the contrast of the clearest, counts; how many steps of registration were taken.
-
-    A hidden patch is left out, as its cover has edges of its own.
-    """
-
-    gain: tuple[float, ...]
-    seen: tuple[bool, ...]
-    correlation: float
-    contrast: float
-    steps: int
-
-
 class PagePrint:
     """A print to register pictures with."""
 
@@ -298,7 +282,7 @@ class PagePrint:
 
     @property
     def correlation(self) -> float:
-        """Correlation of picture and print at the end of the last registration."""
+        """Correlation of picture and print over the visible patches, at the end of the last registration."""
         return float(self._found.correlation)
 
     @property
@@ -311,9 +295,11 @@ class PagePrint:
         """The patches that were visible there, (K,)."""
         return tuple(map(bool, self._found.seen[: self.patches]))
 
-    def compare(self, picture: PictureStruct, warp: Array) -> tuple[PatchComparison, Single] | None:
-        """The comparison at a warp, and picture less print (N,), in units of print contrast, with each patch's own gain
-        and offset; None where the page is not within the picture.
+    def compare(self, picture: PictureStruct, warp: Array) -> Single | None:
+        """Picture less print at a warp, (N,), in units of print contrast, with each patch's own gain and offset; None
+        where the page is not within the picture.  `seen`, `correlation` and `contrast` are then those at the warp.
+
+        A hidden patch is left out of the last two, as its cover has edges of its own.
         """
         warp, left = np.array(warp, np.float64, order="C"), np.empty(self.samples, np.float32)
         within = library().kernel_compare(
@@ -324,13 +310,7 @@ class PagePrint:
             ctypes.c_void_p(address(left, np.float32)),
             ctypes.byref(self._found),
         )
-        return (self._comparison(), left) if within else None
-
-    def _comparison(self) -> PatchComparison:
-        found = self._found
-        return PatchComparison(
-            tuple(found.gain[: self.patches]), self.seen, found.correlation, found.contrast, found.steps
-        )
+        return left if within else None
 
 
 def values_at(picture: PictureStruct, warp: Array, points: Points) -> Single | None:

@@ -11,8 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from moireid.provenance import BadgeHolder, Exclusion
-from moireid.verifier.decision.comparison import cause_of
-from moireid.verifier.decision.figures import in_words
+from moireid.verifier.explanations.table import cause_of, in_words
 from moireid.verifier.explanations.words import does, how_far
 from moireid.verifier.report.circumstances import Circumstances, ClaimNote, claimed_in, day
 from moireid.verifier.report.finding_words import (

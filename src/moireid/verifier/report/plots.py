@@ -26,13 +26,14 @@ from moireid.verifier.fringes.grating_signal import GratingSignal
 from moireid.verifier.fringes.signals import Measurement
 from moireid.verifier.identity.decode import read_identity
 from moireid.verifier.limits import WINDOW_FRAMES
-from moireid.verifier.session.cover import Span, seen_spans, within
+from moireid.verifier.report.seconds import BANDS, LAW
+from moireid.verifier.session.cover import seen_spans
 from moireid.verifier.session.result import Report
+from moireid.verifier.timeline import Span, within
 
 Array = NDArray[np.float64]
 INK, PREDICTED, MEASURED, PALE, GRID = "#1d2733", "#c2571a", "#1f6fb2", "#8a97a6", "#e4e8ed"
 RIVAL = "#7a3fa0"
-BANDS = {"accept": "#1c7c4a", "reject": "#b3261e", "inconclusive": "#9aa4b0"}
 #: Each colour on a dark page.
 DARK = {
     INK: "#e6eaef",
@@ -47,9 +48,6 @@ DARK = {
 }
 #: Digits of a coordinate in a plot that are too fine to be seen.
 FINE = re.compile(r"(\d+\.\d{2})\d+")
-
-#: What each colour of the law's bar means.
-LAW = {"accept": "the law holds", "reject": "the law is broken", "inconclusive": "too little to decide"}
 
 
 def figure_of(width: float, height: float) -> tuple[Any, Any]:

@@ -14,9 +14,8 @@ from collections.abc import Callable, Mapping
 from datetime import UTC, datetime
 from importlib import resources
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
-import cv2
 import msgspec
 from msgspec import Meta
 
@@ -25,12 +24,12 @@ from moireid.verifier.report.circumstances import Circumstances, claimed_in, mom
 from moireid.verifier.report.finding_words import sorted_findings
 from moireid.verifier.report.headline import headline_of
 from moireid.verifier.report.live_receipt import receipt_of
-from moireid.verifier.report.plots import NARROW, law_plot, plots_of
-from moireid.verifier.report.rival_plot import rival_plot
 from moireid.verifier.report.rival_table import NO_PROBABILITY, table_of
-from moireid.verifier.report.seconds import frame_picture, moment_to_show, seconds_of
-from moireid.verifier.session.result import Report
+from moireid.verifier.report.seconds import seconds_of
 from moireid.version import __version__
+
+if TYPE_CHECKING:
+    from moireid.verifier.session.result import Report
 
 LAW, LAW_NARROW, BADGE, FRAME = "law.svg", "law-narrow.svg", "badge.png", "frame.jpg"
 RIVAL, RIVAL_NARROW = "rival.svg", "rival-narrow.svg"
@@ -57,6 +56,13 @@ class Pictures(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 def pictures_of(report: Report) -> Pictures:
     """Draw the pictures of a report, in about a second."""
+    # A page is shown from them without what draws them.
+    import cv2
+
+    from moireid.verifier.report.film_frame import frame_picture, moment_to_show
+    from moireid.verifier.report.plots import NARROW, law_plot, plots_of
+    from moireid.verifier.report.rival_plot import rival_plot
+
     files: dict[str, bytes] = {}
     plots = plots_of(report)
     drawn = {LAW: law_plot(report), LAW_NARROW: law_plot(report, NARROW)}

@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from moireid.verifier.decision.comparison import Explanation, cause_of, simplest
 from moireid.verifier.explanations.honest import PhaseSeries, phase_series
 from moireid.verifier.explanations.rivals import RIVALS, nearest
+from moireid.verifier.explanations.table import Explanation, cause_of, simplest
 from moireid.verifier.explanations.words import does
 from moireid.verifier.report.plots import BY_LAW, MEASURED, NARROW, RIVAL, WIDE, Array, broken, figure_of, label, svg_of
 from moireid.verifier.session.result import Report

@@ -10,8 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from typing import Any
 
-from moireid.verifier.decision.comparison import LAW, Explanation
-from moireid.verifier.decision.figures import in_words
+from moireid.verifier.explanations.table import LAW, Explanation, in_words
 from moireid.verifier.explanations.words import does
 from moireid.verifier.limits import CALIBRATION_CAP_LOG10, MAX_RIVAL_LOG10
 

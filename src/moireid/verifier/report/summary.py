@@ -6,7 +6,7 @@ import base64
 from html import escape
 
 from moireid.verifier.report.headline import Headline
-from moireid.verifier.report.plots import BANDS
+from moireid.verifier.report.seconds import BANDS
 
 
 def summary_html(headline: Headline, law_svg: bytes | None) -> str:

@@ -26,8 +26,8 @@ from moireid.verifier.session.chapters import (
     judge_chapter,
     judge_marked,
 )
-from moireid.verifier.session.cover import Span, outside
 from moireid.verifier.session.threads import return_freed_memory
+from moireid.verifier.timeline import Span, outside
 from moireid.verifier.tracking.badge_tracker import BadgeTracker
 from moireid.verifier.tracking.track import Track
 from moireid.verifier.video import unreduced_px

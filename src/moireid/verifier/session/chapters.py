@@ -28,7 +28,8 @@ from moireid.verifier.identity.decode import Identity, judge_identity
 from moireid.verifier.limits import MAX_DOUBTFUL_SHARE, MAX_RIVAL_LOG10, MIN_FRAMES
 from moireid.verifier.reasons import Level, Reason, Verdict, worst
 from moireid.verifier.session.claim import least_strength, sheet_of
-from moireid.verifier.session.cover import Span, judged_spans, seen_spans
+from moireid.verifier.session.cover import judged_spans, seen_spans
+from moireid.verifier.timeline import Span
 from moireid.verifier.tracking.track import Track
 
 #: Tracked frames of a chapter: half a minute at 60 frames a second, 6 MB of profiles.

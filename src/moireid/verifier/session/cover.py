@@ -20,9 +20,9 @@ from moireid.verifier.camera.stretches import longest_step_s
 from moireid.verifier.fringes.grating_signal import GratingSignal
 from moireid.verifier.limits import MIN_COVER_SHARE, MIN_PRESENT_SHARE, REST_RAD
 from moireid.verifier.reasons import Level, Reason, json_number
+from moireid.verifier.timeline import Span
 
 Array = NDArray[np.float64]
-Span = tuple[float, float]
 #: Seconds whose pictures were lost are not covered, though motion is followed across them (`limits.MIN_GAP_S`), so
 #: removing frames gains no cover.  A gap shorter than this is only jitter in the file's times.
 JITTER_S = 0.05
@@ -129,21 +129,6 @@ def _joined(spans: Sequence[Span], step_s: float) -> list[Span]:
         else:
             joined.append((start, end))
     return joined
-
-
-def outside(span: Span, spans: Sequence[Span]) -> tuple[Span, ...]:
-    """The parts of a span that are in none of the others."""
-    left: list[Span] = [span]
-    for start, end in spans:
-        left = [part for one in left for part in ((one[0], min(one[1], start)), (max(one[0], end), one[1]))]
-        left = [part for part in left if part[1] > part[0]]
-    return tuple(left)
-
-
-def within(span: Span, spans: Sequence[Span]) -> tuple[Span, ...]:
-    """The parts of a span that are in any of the others."""
-    parts = [(max(span[0], start), min(span[1], end)) for start, end in sorted(spans)]
-    return tuple(part for part in parts if part[1] > part[0])
 
 
 def cover_findings(cover: Cover, least: float | None = None) -> tuple[Reason, ...]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from importlib import resources
 from typing import Any
 
 import numpy as np
@@ -184,7 +183,7 @@ class Report:
         Returns
         -------
         dict
-            As `report_schema` describes it; figures that are not finite are null.
+            As `moireid.json_schema.report_schema` describes it; figures that are not finite are null.
         """
         camera = self.measurement.camera if self.measurement else None
         # The camera was solved in pixels of the pictures that were read.
@@ -231,8 +230,3 @@ class Report:
             # Only the process that started this one can say how it is sealed.
             "sealed": [],
         }
-
-
-def report_schema() -> str:
-    """JSON Schema (2020-12) of `Report.to_json`, as text."""
-    return resources.files("moireid").joinpath("schema/report.schema.json").read_text(encoding="utf-8")

@@ -250,11 +250,10 @@ class PageRegistrar:
         used = np.array(seen)[template.samples.patch]
         normal = np.zeros_like(prior)
         for _ in range(MAX_STEPS):
-            there, edges = shown.compare(picture.struct, warp), values_at(picture.struct, warp, places)
-            if there is None or edges is None or there[0].seen != seen:
+            residual, edges = shown.compare(picture.struct, warp), values_at(picture.struct, warp, places)
+            if residual is None or edges is None or shown.seen != seen:
                 return None
-            compared, residual = there
-            contrast = compared.contrast
+            contrast = shown.contrast
             brightness = edges.astype(float).reshape(borders.inward.shape)
             found = borders.equations(brightness, freed, self._middle, self._extent, template.px_per_mm, contrast)
             if found is None:
@@ -275,17 +274,17 @@ class PageRegistrar:
         if not np.all(np.isfinite(homography)):
             return None
         vague = _ratios(_tilt_sd(normal), _tilt_sd(shown.normal(every)))
-        return homography / homography[2, 2], compared.correlation, vague, contrast
+        return homography / homography[2, 2], shown.correlation, vague, contrast
 
     def residuals(
         self, picture: Picture | NDArray[Any], homography: Array, template: Template
     ) -> tuple[Array | None, tuple[bool, ...]]:
         """Picture less print under this homography (None outside the picture), and which markers are visible."""
-        found = self._print_of(template).compare(as_picture(picture).struct, homography @ self._to_page)
-        if found is None:
+        shown = self._print_of(template)
+        residual = shown.compare(as_picture(picture).struct, homography @ self._to_page)
+        if residual is None:
             return None, (False,) * len(self.printer.patches)
-        compared, residual = found
-        return residual.astype(float), compared.seen
+        return residual.astype(float), shown.seen
 
 
 def _tilt_sd(normal: Array) -> Array:

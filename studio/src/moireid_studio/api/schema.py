@@ -9,7 +9,7 @@ from fastapi import FastAPI
 from fastapi.openapi.utils import get_openapi
 from fastapi.routing import APIRoute
 
-from moireid.verifier.session.result import report_schema
+from moireid.json_schema import report_schema
 from moireid_studio.auth.guard import rules_of
 from moireid_studio.checks import FilmFields
 from moireid_studio.uploads import ALLOWED

@@ -116,8 +116,7 @@ def harmless(event: Any) -> Any:
 
 def _checked(verdict: dict[str, Any]) -> dict[str, Any]:
     """A verdict of the right shape: its sender has read what a stranger made.  Raises: ProcessEnd where it is not."""
-    from moireid.json_schema import schema_fault
-    from moireid.verifier.session.result import report_schema
+    from moireid.json_schema import report_schema, schema_fault
 
     if schema_fault(verdict, report_schema()) is not None or not isinstance(verdict.get("end"), dict):
         raise ProcessEnd("crash", "gave a verdict that is none")
