@@ -1,5 +1,5 @@
 """Mounts put together, and all files of a mount as `print_badge` writes them, read back by packages that share no code
-with the writers' own checks: trimesh and the file's own JSON for GLB."""
+with the writers' own checks: cadquery for STEP, trimesh and the file's own JSON for GLB."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from moireid.badge import Badge
 from moireid.errors import FabricationError
 from moireid.fabrication import package, solid_parts
 from moireid.fabrication.acrylic.plates import AcrylicPlan, plan_acrylic
+from moireid.fabrication.assembly_files import write_assembly_step
 from moireid.fabrication.printed.mount import KINDS
 from moireid.fabrication.process_figures import mount_figures
 from moireid.fabrication.solid_parts import acrylic_parts, check_parts, mount_solids
@@ -88,6 +89,24 @@ def test_every_promised_file_is_there(folder: tuple[Path, package.PrintResult, l
     assert (figures["kerf_mm"], figures["base_mm"], figures["frame_mm"]) == (0.2, 4.0, 2.0)
     assert max(figures["twist_deg"], figures["acrylic_twist_deg"]) < 0.3
     assert "CUT-ACRYLIC-4MM" in printed.files["acrylic-4mm.dxf"].read_text()
+
+
+@pytest.mark.slow
+def test_step_holds_each_part_in_its_place_and_colour(plan: AcrylicPlan, tmp_path: Path) -> None:
+    """Catches: parts in another's colour, which the writer's check passes over; parts lost, swapped or moved."""
+    import cadquery
+
+    parts, path = acrylic_parts(plan), tmp_path / "acrylic.step"
+    write_assembly_step("stack", parts, path)
+    read = cadquery.Assembly.importStep(str(path)).children
+    assert [one.name for one in read] == [part.name for part in parts]
+    for one, part in zip(read, parts, strict=True):
+        shape = one.obj.moved(one.loc)
+        assert shape.Volume() == pytest.approx(part.shape.volume) and shape.isValid()
+        assert shape.Center().toTuple() == pytest.approx(tuple(part.shape.center()), abs=1e-6)
+        seen = np.array(one.color.toTuple())
+        seen[:3] = np.where(seen[:3] > 0.04045, ((seen[:3] + 0.055) / 1.055) ** 2.4, seen[:3] / 12.92)
+        assert seen == pytest.approx(tuple(part.shape.color), abs=0.005), part.name
 
 
 @pytest.mark.slow
