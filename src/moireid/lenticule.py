@@ -132,6 +132,42 @@ def view_response(
     return np.asarray(seen / passed.sum(axis=-1))
 
 
+def bumps_of(table: Array) -> Array:
+    """Sizes of the cubic B-splines through a table (R, C), mirrored at its borders, with one more on each side.
+
+    Source: a bump is 2/3 at its place and 1/6 at the next ones.
+    """
+    for _ in range(2):
+        count = len(table)
+        share = 2 / 3 * np.eye(count) + 1 / 6 * (np.eye(count, k=1) + np.eye(count, k=-1))
+        share[0, 1] = share[-1, -2] = 1 / 3
+        table = np.asarray(np.linalg.solve(share, table).T, float)
+    return np.pad(table, 1, mode="reflect")
+
+
+def between_bumps(bumps: Array, row: Array, column: Array) -> Array:
+    """Values of a table at places that broadcast together, from 0 to its last row and column; bumps: as `bumps_of`."""
+    (first, highs), (left, widths) = _near(row, bumps.shape[0] - 3), _near(column, bumps.shape[1] - 3)
+    flat, corner = bumps.ravel(), first * bumps.shape[1] + left
+    found = np.zeros(corner.shape)
+    for i, high in enumerate(highs):
+        places = corner + i * bumps.shape[1]
+        part = widths[0] * flat[places]
+        for j, width in enumerate(widths[1:], start=1):
+            part += width * flat[places + j]
+        found += high * part
+    return found
+
+
+def _near(place: Array, last: int) -> tuple[NDArray[np.int64], tuple[Array, ...]]:
+    """The first of the four bumps over each place, and the height of each of them there."""
+    before = np.clip(place.astype(int), 0, last - 1)
+    t = place - before
+    square, cube = t * t, t * t * t
+    first, third = 1 / 6 - t / 2 + square / 2 - cube / 6, 1 / 6 + (t + square - cube) / 2
+    return before, (first, 2 / 3 - square + cube / 2, third, cube / 6)
+
+
 @dataclass(frozen=True)
 class ViewLaw:
     """Tabulated phase and contrast of one front layer over lines of one pitch, against the view tangents.
@@ -146,11 +182,11 @@ class ViewLaw:
 
     def phase_rad(self, tan_x: ArrayLike, tan_y: ArrayLike = 0.0) -> Array:
         """Unwrapped phase added by the view; inputs broadcast together; rad."""
-        return self._look_up(self._phase_splines, tan_x, tan_y)
+        return self._look_up(self._phase_bumps, tan_x, tan_y)
 
     def contrast_kept(self, tan_x: ArrayLike, tan_y: ArrayLike = 0.0) -> Array:
         """|H|, 0 to 1; inputs broadcast together."""
-        return self._look_up(self._contrast_splines, tan_x, tan_y)
+        return self._look_up(self._contrast_bumps, tan_x, tan_y)
 
     def effective_gap_mm(self, rear_pitch_mm: float) -> float:
         """Slope of the law near the axis as a length: phase = 2 pi g_eff tan_x / p_r.  Fitted over +-0.05."""
@@ -158,29 +194,19 @@ class ViewLaw:
         return float(self.phase_rad(near) - self.phase_rad(-near)) * rear_pitch_mm / (2 * math.pi * 2 * near)
 
     @cached_property
-    def _phase_splines(self) -> Array:
-        return _splines(self.phase)
+    def _phase_bumps(self) -> Array:
+        return bumps_of(self.phase)
 
     @cached_property
-    def _contrast_splines(self) -> Array:
-        return _splines(self.contrast)
+    def _contrast_bumps(self) -> Array:
+        return bumps_of(self.contrast)
 
-    def _look_up(self, splines: Array, tan_x: ArrayLike, tan_y: ArrayLike) -> Array:
+    def _look_up(self, bumps: Array, tan_x: ArrayLike, tan_y: ArrayLike) -> Array:
         """Cubic look-up; the table is even in tan_y, so only the magnitude is used."""
-        from scipy.ndimage import map_coordinates
-
-        x, y = np.broadcast_arrays(np.asarray(tan_x, float), np.abs(np.asarray(tan_y, float)))
+        x, y = np.asarray(tan_x, float), np.abs(np.asarray(tan_y, float))
         row = (np.clip(x, self.tan_x[0], self.tan_x[-1]) - self.tan_x[0]) / (self.tan_x[1] - self.tan_x[0])
         column = np.clip(y, 0.0, self.tan_y[-1]) / (self.tan_y[1] - self.tan_y[0])
-        places = [row.ravel(), column.ravel()]
-        return np.asarray(map_coordinates(splines, places, order=3, mode="mirror", prefilter=False)).reshape(x.shape)
-
-
-def _splines(table: Array) -> Array:
-    """Sizes of the cubic B-splines through a table, mirrored at its borders."""
-    from scipy.ndimage import spline_filter
-
-    return np.asarray(spline_filter(table, order=3, mode="mirror"))
+        return between_bumps(bumps, row, column)
 
 
 #: Laws that this process has traced or received; the oldest are dropped first.

@@ -54,20 +54,22 @@ def test_a_film_may_have_a_name_that_is_no_text(tmp_path: Path, film: Path) -> N
     assert (done.returncode, b"in a stranger" in done.stderr, b"cannot be read" in done.stderr) == (2, False, True)
 
 
-@pytest.mark.parametrize("after_s", [0.0, 0.2, 0.6])
-def test_an_interrupt_shows_no_traceback(tmp_path: Path, film: Path, after_s: float) -> None:
-    """Catches: an interrupt that shows lines of Python while packages are loaded, or while the film is read."""
+def test_an_interrupt_shows_no_traceback(tmp_path: Path, film: Path) -> None:
+    """Catches: an interrupt that shows lines of Python while packages are loaded, or while the film is read; one that
+    ends nothing."""
     (script := tmp_path / "moireid").write_text(PROGRAM)
-    words = [sys.executable, script, "verify", film, "--badge", FILMS / "badge.json"]
-    with subprocess.Popen(words, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL) as program:
-        until = time.monotonic() + 30
-        # The process from which the one that reads the film is forked.
-        while not psutil.Process(program.pid).children():
-            assert time.monotonic() < until
-            time.sleep(0.005)
-        time.sleep(after_s)
-        program.send_signal(signal.SIGINT)
-        said = program.communicate(timeout=60)[1]
-    assert b"Traceback" not in said
-    # A quick machine may have the verdict by then.
-    assert program.returncode in (-signal.SIGINT, 130, *([0] if after_s > 0.2 else []))
+    words, codes = [sys.executable, script, "verify", film, "--badge", FILMS / "badge.json"], []
+    for after_s in (0.0, 0.2, 0.6):
+        with subprocess.Popen(words, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL) as program:
+            until = time.monotonic() + 30
+            # The process from which the one that reads the film is forked.
+            while not psutil.Process(program.pid).children():
+                assert time.monotonic() < until
+                time.sleep(0.005)
+            time.sleep(after_s)
+            program.send_signal(signal.SIGINT)
+            said = program.communicate(timeout=60)[1]
+        assert b"Traceback" not in said
+        codes.append(program.returncode)
+    # A busy machine may have a verdict by then.
+    assert {*codes} & {-signal.SIGINT, 130} and {*codes} <= {0, -signal.SIGINT, 130}

@@ -19,7 +19,7 @@ TYPICAL = Build.typical(3)
 
 @pytest.mark.parametrize(
     ("flaw", "gain"),
-    [({}, 1.0), ({"thickness_ratio": 0.68}, 0.7), ({"air_gap_mm": 0.1}, 1.2), ({"lens_scale": 1.0014}, 1.0)],
+    [({}, 1.0), ({"thickness_ratio": 0.68}, 0.63), ({"air_gap_mm": 0.1}, 1.2), ({"lens_scale": 1.0014}, 1.0)],
 )
 def test_the_truth_tells_the_sheet_and_moves_as_it_does(prototype, flaw, gain):
     """Catches: the design's phase stated for another sheet; a gain that is not that of the phases."""

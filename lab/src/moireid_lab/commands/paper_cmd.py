@@ -16,7 +16,7 @@ SHARED = ("folder", "hours", "only", "workers", "scheduler")
 
 @friendly
 def reproduce(context: click.Context, *, folder: Path, only: str | None, **how: Any) -> None:
-    """Reproduce the published paper, and print its tables next to ours.
+    """Reproduce the published paper, next to ours.
 
     It films the paper's experiments (Qing et al. 2026) and stand-ins for its recordings and generated films, and scores
     them by its method and by ours. Rows are kept in DIR/rows.jsonl, as `moireid lab scoreboard` keeps them, so a run

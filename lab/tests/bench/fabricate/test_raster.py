@@ -32,7 +32,7 @@ def test_the_identity_is_read_off_the_raster_alone(form, bits, axes, raster, rng
     """Catches: a page whose lines spell another identity than badge.json; symbols, cells or axes in another order;
     lines shifted the wrong way; markers that a camera would not find."""
     payload = rng.bytes(bits // 8)
-    size = (186.0, 200.0) if axes == "xy" else (146.0, 160.0)
+    size = (180.0, 200.0) if axes == "xy" else (146.0, 160.0)
     wish = Order("Ada", lens="50lpi", printer_dpi=600, form=form, axes=axes, size_mm=size, range_m=(0.8, 1.5))
     badge = design_badge(wish, payload)
     reading = read_page(page_of(badge, tmp_path, raster), without_lines(badge))
