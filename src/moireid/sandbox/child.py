@@ -11,6 +11,7 @@ parts of the seal hold.
 
 from __future__ import annotations
 
+import gc
 import json
 import os
 import signal
@@ -85,6 +86,8 @@ def _fork_for_each(asked: socket.socket, work: str) -> None:
     """
     _loaded(work)
     load_means()
+    # A collection writes to every object that it looks at, and each page written to is in memory twice.
+    gc.freeze()
     while True:
         message, handles, _, _ = socket.recv_fds(asked, 1 << 16, 1)
         if not message:

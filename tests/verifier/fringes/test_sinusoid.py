@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import tracemalloc
+
 import numpy as np
 import pytest
 
@@ -65,6 +67,20 @@ def test_the_variance_of_whole_fringes_is_the_closed_form(rng):
     expected = 2 * noise**2 / SAMPLES
     assert found.fundamental_variance().mean() == pytest.approx(expected, rel=0.03)
     assert found.harmonics[:, 0].real.var() == pytest.approx(expected, rel=0.25)
+
+
+def test_a_chapter_s_columns_are_not_in_memory_at_once(rng):
+    """Catches: 31 and 43 MB at once for half a minute at 60 frames a second; sums over a part of the rows."""
+    argument = rng.uniform(0, 40, (1800, SAMPLES))
+    values = 11.0 + wave(argument)
+    tracemalloc.start()
+    rows, series = fit_rows(values, argument, 3, BACKGROUND), fit_series(values, argument, 3)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 3 * values.nbytes
+    expected = [size * np.exp(1j * phase) for size, phase in WAVE]
+    assert series[1:] == pytest.approx(np.array(expected), abs=1e-5)
+    assert rows.harmonics == pytest.approx(np.tile(expected, (1800, 1)), abs=1e-4)
 
 
 def test_one_series_for_a_film():

@@ -23,8 +23,8 @@ from numpy.typing import NDArray
 from moireid.badge import Grating, Lens
 from moireid.lenticule import view_law
 from moireid.verifier.fringes.grating_signal import DepthLaw
-from moireid.verifier.fringes.sinusoid import fitted_rows
-from moireid.verifier.fringes.strip_phase import StripLaw, StripPhase, harmonics_of
+from moireid.verifier.fringes.sinusoid import left_of_rows
+from moireid.verifier.fringes.strip_phase import StripLaw, StripPhase, harmonics_of, level_and_slope
 from moireid.verifier.fringes.strip_shape import StripShape
 
 Array = NDArray[np.float64]
@@ -48,10 +48,10 @@ def depth_law(
     seen = parallax[shape.clear] - parallax[shape.clear].mean()
     table = np.vander(seen / max(float(seen.std()), 1e-9), DEGREE + 1)
     change = law.phase_rad(found.frequency_per_mm)[shape.clear]
-    change = change - table @ np.linalg.lstsq(table, change, rcond=None)[0]
+    change -= table @ np.linalg.lstsq(table, change, rcond=None)[0]
     # Of each frame, the fit took up the background and these harmonics.
-    taken = shape.columns[:, : 2 + 2 * harmonics_of(found.frequency_per_mm, length_mm)]
-    pattern = fitted_rows(change.astype(np.float32) * shape.slope, taken)[1]
+    harmonics, background = harmonics_of(found.frequency_per_mm, length_mm), level_and_slope(change.shape[1])
+    pattern = left_of_rows(change.astype(np.float32) * shape.slope, shape.turned, harmonics, background)
     pattern -= pattern.mean(axis=0)
     noise = float(np.median(np.mean(shape.left**2, axis=1)))
     if noise > 0:

@@ -33,6 +33,8 @@ Single = NDArray[np.float32]
 Complex = NDArray[np.complex128]
 #: A ridge of this share of the samples keeps the equations solvable if columns alias onto one another.
 RIDGE_SHARE = 1e-9
+#: Samples whose columns are in memory at a time: 1.4 MB for five harmonics, where a chapter's would be 43 MB.
+BLOCK_SAMPLES = 1 << 14
 
 
 @dataclass(frozen=True)
@@ -59,13 +61,35 @@ class Fit:
 def fit_rows(values: Array, argument_rad: Array, harmonics: int, background: Array) -> Fit:
     """Fit every row by itself.
 
-    Parameters: values, argument_rad (..., N), rad; background (B, N).
+    Parameters: values, argument_rad (T, ..., N), rad; background (B, N).
     Convention and source: module docstring.
     """
-    found, gram, left = _fitted(values, fit_columns(argument_rad, harmonics, background))
+    found, gram, left = _fitted_in_blocks(values, argument_rad, harmonics, background)
     first = len(background)
     turns = found[..., first::2] - 1j * found[..., first + 1 :: 2]
     return Fit(found[..., :first], turns, (left**2).sum(axis=-1), gram, values.shape[-1])
+
+
+def left_of_rows(values: NDArray[Any], argument_rad: NDArray[Any], harmonics: int, background: Array) -> NDArray[Any]:
+    """What the fit of every row by itself leaves, (T, ..., N).  Parameters: as `fit_rows`."""
+    return _fitted_in_blocks(values, argument_rad, harmonics, background)[2]
+
+
+def _fitted_in_blocks(
+    values: NDArray[Any], argument_rad: NDArray[Any], harmonics: int, background: Array
+) -> tuple[Array, Array, NDArray[Any]]:
+    """As `_fitted`, with the columns of some rows in memory at a time."""
+    fits = [
+        _fitted(some, fit_columns(argument, harmonics, background))
+        for some, argument in zip(in_blocks(values), in_blocks(argument_rad), strict=True)
+    ]
+    found, gram, left = (np.concatenate(parts) for parts in zip(*fits, strict=True))
+    return found, gram, left
+
+
+def in_blocks(rows: NDArray[Any]) -> list[NDArray[Any]]:
+    """Rows (T, ..., N) in parts of about `BLOCK_SAMPLES`."""
+    return np.array_split(rows, max(rows.size // BLOCK_SAMPLES, 1))
 
 
 def fitted_rows(values: NDArray[Any], columns: NDArray[Any]) -> tuple[Array, NDArray[Any]]:
@@ -90,11 +114,17 @@ def fit_series(
     Parameters: values, argument_rad of one shape, any; harmonic_ridge_share: of the samples, holds c_2 and up near 0.
     Convention and source: module docstring; c_0 is real, the mean level.
     """
-    flat = values.ravel()
-    columns = fit_columns(argument_rad.ravel(), harmonics, np.ones((1, 1)))
-    gram, held = columns @ columns.T, range(3, len(columns))
+    flat, argument = values.ravel(), argument_rad.ravel()
+    unknowns = 1 + 2 * harmonics
+    gram, right = np.zeros((unknowns, unknowns)), np.zeros(unknowns)
+    for start in range(0, len(flat), BLOCK_SAMPLES):
+        block = slice(start, start + BLOCK_SAMPLES)
+        columns = fit_columns(argument[block], harmonics, np.ones((1, 1)))
+        gram += columns @ columns.T
+        right += columns @ flat[block]
+    held = range(3, unknowns)
     gram[held, held] += harmonic_ridge_share * len(flat)
-    solved = _solve(gram, (columns @ flat)[:, None], len(flat))[:, 0]
+    solved = _solve(gram, right[:, None], len(flat))[:, 0]
     return np.concatenate([solved[:1].astype(complex), solved[1::2] - 1j * solved[2::2]])
 
 

@@ -38,7 +38,8 @@ class StripLaw:
         """Predicted phase over the strip *relative to its middle*, (T, N)."""
         along = self.fixed - self.fixed_middle[:, None]
         along += frequency_per_mm * (self.per_frequency - self.per_frequency_middle[:, None])
-        return 2 * np.pi * along
+        along *= 2 * np.pi
+        return along
 
     def whole_phase_rad(self, frequency_per_mm: float) -> Array:
         """Predicted phase over the strip, (T, N), up to the constants that depend on assembly."""

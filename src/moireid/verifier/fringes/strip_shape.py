@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.verifier.camera.smoothing import frame_s
-from moireid.verifier.fringes.sinusoid import Single, fit_columns, fit_series, wave_and_slope
+from moireid.verifier.fringes.sinusoid import Single, fit_columns, fit_series, in_blocks, wave_and_slope
 from moireid.verifier.fringes.strip_phase import StripLaw, StripPhase, level_and_slope
 from moireid.verifier.fringes.uneven_air import less_uneven_air
 from moireid.verifier.measuring import PLACE_CLEAR_RAD, PLACE_MEAN_S, PLACE_MIN_INFORMATION_SHARE
@@ -33,14 +33,13 @@ HARMONICS = 5
 class StripShape:
     """One strip in its clear frames: K of T frames, N samples.
 
-    clear (T,): frames whose phase is read well; columns (K, 2 + 2 HARMONICS, N): level, slope along the strip, and
-    cosine and sine of each harmonic, as `fit_columns` of the shape's argument; left (K, N): what the shape leaves of
-    the brightness, without each frame's slope and what stays still (dirt, shading, an uneven lens sheet); slope (K, N):
-    derivative of the shape by its argument, contrasts per rad.
+    clear (T,): frames whose phase is read well; turned (K, N): the shape's argument, rad; left (K, N): what the shape
+    leaves of the brightness, without each frame's slope and what stays still (dirt, shading, an uneven lens sheet);
+    slope (K, N): derivative of the shape by its argument, contrasts per rad.
     """
 
     clear: NDArray[np.bool_]
-    columns: Single
+    turned: Single
     left: Single
     slope: Single
 
@@ -65,20 +64,22 @@ def strip_shape(profiles: Array, law: StripLaw, found: StripPhase) -> StripShape
     clear = found.phase_sd_rad < PLACE_CLEAR_RAD
     if not clear.any():
         return None
-    turned = law.phase_rad(found.frequency_per_mm)[clear] + found.phase_rad[clear, None]
-    background = level_and_slope(turned.shape[1])
-    columns = fit_columns(turned.astype(np.float32), HARMONICS, background)
+    turned = law.phase_rad(found.frequency_per_mm)[clear]
+    turned += found.phase_rad[clear, None]
     with np.errstate(divide="ignore", invalid="ignore"):
-        contrasts = (profiles[clear] - found.level[clear, None]) / found.contrast[clear, None]
-    seen = np.nan_to_num(contrasts, posinf=0.0, neginf=0.0).astype(np.float32)
+        contrasts = profiles[clear] - found.level[clear, None]
+        contrasts /= found.contrast[clear, None]
+    seen = np.nan_to_num(contrasts, copy=False, posinf=0.0, neginf=0.0).astype(np.float32)
     fringes = fit_series(seen, turned, HARMONICS)
-    fringe, slope = wave_and_slope(fringes, columns[:, len(background) :])
+    single: Single = turned.astype(np.float32)
+    parts = [wave_and_slope(fringes, fit_columns(part, HARMONICS, np.zeros((0, 1)))) for part in in_blocks(single)]
+    fringe, slope = (np.concatenate(of_all) for of_all in zip(*parts, strict=True))
     left = seen - fringe - np.float32(fringes[0].real)
     # The slope of the background is each frame's own, and not the shape's.
-    sloping = background[1].astype(np.float32)
+    sloping = level_and_slope(turned.shape[1])[1].astype(np.float32)
     left -= np.outer(left @ sloping / (sloping @ sloping), sloping)
     left -= left.mean(axis=0)
-    return StripShape(clear, columns, left, slope)
+    return StripShape(clear, single, left, slope)
 
 
 #: Blocks of a strip: 7 mm each on a badge 80 mm wide; a camera at 2 m resolves a few millimetres.
