@@ -66,7 +66,7 @@ def test_a_stranger_gets_to_a_verdict_by_the_readme(tmp_path: Path) -> None:
     shopping = desk / "shopping"
     rows = list(csv.DictReader((shopping / "shopping-list.csv").open(encoding="utf-8-sig")))
     amounts = {row["key"]: row["quantity"] for row in rows}
-    assert float(amounts["lens-sheet"]) >= 10 and {"paper", "holder", "lanyard"} <= amounts.keys()
+    assert float(amounts["lens-sheet"]) >= 10 and {"paper", "filament", "lanyard"} <= amounts.keys()
 
     for path, least in [
         (shopping / "shopping-list.pdf", 1),

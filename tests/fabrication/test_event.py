@@ -129,7 +129,7 @@ def test_the_command_makes_folders_summary_and_records(tmp_path, monkeypatch):
     # One sheet shows all how to build theirs, and bears no one's name.
     guide = pdfium.PdfDocument(tmp_path / "event" / "assembly.pdf")
     words = " ".join(page.get_textpage().get_text_range() for page in guide)
-    assert len(guide) == 3 and "these badges" in words and "badges.pdf" in words
+    assert len(guide) == 3 and "these badges" in words and "summary.csv" in words
     assert not any(row["name"] in words or row["id"] in words for row in summary)
     guide.close()
     again = run(people, tmp_path / "event", "--registry", url)

@@ -12,6 +12,7 @@ from moireid.cli.common import (
     FiniteRange,
     actor_option,
     camera_options,
+    counted,
     echo,
     expires_option,
     friendly,
@@ -196,7 +197,7 @@ def _figures_json(record: Record, found: AsBuilt | None, compared: CaptureCompar
 def figures_words(record: Record, found: AsBuilt) -> str:
     """What a capture showed, and what became of it."""
     shown = f"as built: beat {found.beat_period_mm:.2f} mm, gain {found.gain_ratio:.3f}"
-    shown += ", measured in a live check" if found.witnessed else f", measured in {found.captures} film(s)"
+    shown += ", measured in a live check" if found.witnessed else f", measured in {counted(found.captures, 'film')}"
     in_use = json.loads(record.as_built or "{}")
     if record.as_built_at is not None and in_use != json.loads(found.to_json()):
         seen = " and count as seen in a live check" if in_use.get("witnessed") else ""

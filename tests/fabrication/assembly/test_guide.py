@@ -147,8 +147,8 @@ def test_parts_and_steps_are_a_page_each(wish: Order, mount: str, tmp_path: Path
 
 @pytest.mark.slow
 def test_the_studio_s_sheet_has_no_command_in_it(badge: Badge, tmp_path: Path) -> None:
-    """Catches: options and commands for somebody who has a page in a browser."""
+    """Catches: options and commands for somebody who has a page in a browser; tape where a tray holds the sheet."""
     for kind in ("lanyard", "clip", "stand", "holder", "none"):
         whole = " ".join(written(badge, tmp_path / f"{kind}.pdf", kind, "studio"))
         assert "--" not in whole and "moireid verify" not in whole and "pitch-test" not in whole
-        assert "open Enroll in the studio" in whole
+        assert "open Enroll in the studio" in whole and ("clear tape" in whole) == (kind in ("holder", "none"))

@@ -93,13 +93,13 @@ def materials_command(
     moireid materials                              the table of products
 
     The cutting plan has straight cuts from edge to edge, as a paper cutter makes them, and turns no piece: on a badge
-    the lenses run as the plan shows. Ask the shop which way the lenses run on its sheets, and give the size so.
+    the lenses run as the plan shows. Ask the shop which way its lenses run, and give --sheet-size in that order.
 
-    Every product names the source of its figures, and what no source states: such a figure is to be asked for.
+    Every product names the source of its figures, and what no source states: ask the shop for that.
     """
     if badge_file is None and format_name is None:
         if people is not None or folder is not None:
-            raise SpecError("give --format or --badge with it, so that it is known which badges are made")
+            raise SpecError("--people and --out need the badges: give --format or --badge too")
         _show_table(as_json)
         return
     if badge_file is not None and format_name is not None:
@@ -168,10 +168,10 @@ def _show_table(as_json: bool) -> None:
             }
         )
         return
-    echo("Formats, and from where a film of 1080p is judged, by the camera's lens (for 36 mm of film; 27 mm: a phone)")
+    echo("Formats, and from where a film of 1080p is judged, by the camera's lens (full frame; 27 mm: a phone)")
     for cells in [("", "", "", *(f"{lens:g} mm" for lens in LENSES_MM)), *formats]:
         echo("  {:<7} {:<17} {:<12}".format(*cells[:3]) + "".join(f"  {cell:<15}" for cell in cells[3:]).rstrip())
-    echo("Eight seconds of swaying by 12 cm and turning by 9 degrees; the board from beyond 1.5 m: move it more.")
+    echo("The badge sways by 12 cm and turns by 9 degrees, for 8 s; move a board more if it is beyond 1.5 m.")
     for kind in dict.fromkeys(row.kind for row in rows):
         echo(f"{kind[0].upper()}{kind[1:]}")
         for row in rows:
@@ -184,7 +184,7 @@ def _show_row(row: Material) -> None:
     """One product: what to ask for, what its law is, its source, and what no source states."""
     from moireid.sheets import PRODUCTS, angles_in_focus_deg, repeat_deg
 
-    lead = f"  {row.label or '':<15}"
+    lead = f"  {row.label or '-':<15}"
     shape = "" if row.sold else " (no product: a shape that older badges have)"
     sizes = "" if not row.sizes_mm else "; " + ", ".join(f"{wide:g} x {high:g} mm" for wide, high in row.sizes_mm)
     price = "" if row.price is None else f"; {row.price:g} {row.currency} for {row.per_pack or 1}"
@@ -195,7 +195,7 @@ def _show_row(row: Material) -> None:
         traced = (
             f"index {lens.refractive_index:g}, radius {lens.radius_mm:.3f} mm: fringes repeat after "
             f"{repeat_deg(lens):.0f} degrees ({low:.0f} to {high:.0f} for any radius in focus); the "
-            f"{row.angle_deg:g} stated is another angle"
+            f"shop's {row.angle_deg:g} degrees are another angle"
         )
         _show_wrapped(" " * len(lead), traced)
     _show_wrapped(" " * len(lead), f"source: {row.origins}")

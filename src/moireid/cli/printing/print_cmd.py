@@ -39,8 +39,8 @@ if TYPE_CHECKING:
     "--people",
     "people_csv",
     type=click.Path(path_type=Path),
-    help="Instead of NAME: a list (CSV) with the column name, and line (below the name), id, logo, portrait and "
-    "colour if you like. Makes all badges of an event.",
+    help="Instead of NAME: a list (CSV) with the column name, and line (below the name), logo, portrait, colour "
+    "and id (of an earlier print) if you like. Makes all badges of an event.",
 )
 @click.option(
     "--again",
@@ -213,7 +213,7 @@ def print_one(
     lines += ["Print badge.pdf at 100 % and follow assembly.pdf.", f"On the card: {front_words(badge)}."]
     if not order.ink_growth_um:
         lines.append("The printer's ink growth is taken as 0: moireid first-badge measures it, and the sheet.")
-    lines.append(f"What to buy: moireid materials --badge {printed.files['badge.json']}")
+    lines.append(f"What to buy: moireid materials --badge {folder / 'badge.json'} --mount {package.parts.printed}")
     document = {
         "id": badge.id,
         "name": badge.name,

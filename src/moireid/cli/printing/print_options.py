@@ -60,7 +60,7 @@ def _use_printer(context: click.Context, _: click.Parameter, name: str | None) -
     try:
         printer = load_printer_profile(name)
     except SpecError as error:
-        raise click.UsageError(str(error)) from error
+        raise click.UsageError(f"{error}.") from error
     found: dict[str, Any] = {"printer_dpi": printer.dpi}
     if printer.measured_scale is not None:
         found["measured_scale"] = printer.measured_scale

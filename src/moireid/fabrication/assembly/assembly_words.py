@@ -85,8 +85,7 @@ def needs(build: BuildPlan) -> list[str]:
     badge, figures = build.badge, build.figures.printed
     width, height = (badge.outline_mm[2 + k] - badge.outline_mm[k] for k in (0, 1))
     found = [
-        f"Card: white, matt, 200 to 300 g/m² (about {figures.card_mm:g} mm thick), one sheet; the badge is cut to "
-        f"{width:g} × {height:g} mm"
+        f"Card: white, matt, 200 to 300 g/m² (about {figures.card_mm:g} mm thick), cut to {width:g} × {height:g} mm"
     ]
     found += dict.fromkeys(_front(build))
     if build.glued:
@@ -97,9 +96,9 @@ def needs(build: BuildPlan) -> list[str]:
         second = {"clip": ", with its clip", "stand": ", with its stand"}.get(build.mount, "")
         what = "snap-in holder" if build.mount == "holder" else "mount"
         found.append(
-            f"The {what}, 3D-printed from mount.3mf, or from mount*.stl, as it lies, without supports{second}{extra}"
+            f"The {what}, 3D-printed from mount.3mf, or from mount*.stl, not turned, no supports{second}{extra}"
         )
-    tape = "" if build.glued else ", clear tape"
+    tape = ", clear tape" if any("tape" in step.words for step in steps(build)) else ""
     found.append(f"A ruler of 15 cm or more, a sharp knife{tape}, and a phone that films")
     if (count := len(sheet_pieces(badge))) > 1 and badge.lens.kind != "mask":
         found.append(f"{count} pieces of lens sheet are cut: page 3 shows each in true size")
@@ -159,9 +158,10 @@ def steps(build: BuildPlan) -> list[Step]:
     lay = _LAY_MASK if mask else _LAY_PIECES if several else _LAY
     # Under a sheet the sides of a frame look displaced; films of such badges are accepted (docs/accuracy.md).
     free = "Only the frame's left and right side may lie below it"
+    again = "--people summary.csv" if build.for_all else "--again badge.json"
     free = free if isinstance(badge.markers, CodedFrame) else "Leave the black squares free"
     found = [
-        Step("Print it, and measure it", _MEASURE[build.maker], sketches.measure),
+        Step("Print it, and measure it", _MEASURE[build.maker].format(again=again), sketches.measure),
         Step(
             f"Try the uncut {front} on the five bands above the badge",
             f"{_TRY_MASK if mask else _TRY} From {build.look_m:g} m, one band has no stripes. 0: right. +1 or −1 %: "
@@ -191,7 +191,7 @@ def steps(build: BuildPlan) -> list[Step]:
         Step(
             "Do they run the other way, or are they too wide?",
             f"If they run the other way (left) or are twice as wide (right), {front} and print do not fit each other: "
-            "see step 2. All looks move in fringes.webp.",
+            "see step 2. fringes.webp shows each of them in motion.",
             partial(sketches.fringes, badge, (sketches.MIRRORED, sketches.WIDE)),
         ),
     ]
@@ -218,8 +218,8 @@ _LEANING_IN_TRAY = (
     "straight: cut the card anew along its marks, or the sheet along a groove between two ribs."
 )
 _TRY = (
-    "Peel off its film, wipe off dust. A fingernail feels its ribs: they go up, and upright. No stripes at all: it is "
-    "upside down."
+    "Peel off its protective film, wipe off dust. Lay it with its ribs, which a fingernail feels, on top and upright. "
+    "No stripes at all: it is upside down."
 )
 _TRY_MASK = "Lay the acrylic there, and the film on it, printed side down, its lines upright."
 _LAY = "the lens sheet on the striped field: ribs up, and along the printed lines"
@@ -230,8 +230,8 @@ _BARS = (
 )
 _MEASURE: dict[Maker, str] = {
     "command": _BARS
-    + "divide what it reads by 150, and print the same badge at that number: print-your-badge --again badge.json "
-    "--measured-scale NUMBER --out again.",
+    + "divide what it reads by 150, and print again at that number: print-your-badge {again} --measured-scale NUMBER "
+    "--out again.",
     "studio": _BARS + "look for a setting that fits the page to the paper, switch it off, and print again.",
 }
 _PITCH: dict[Maker, str] = {
@@ -308,23 +308,23 @@ def _carried(build: BuildPlan) -> Step:
     if build.mount == "stand":
         words = f"Set the mount's bottom edge into the groove. It leans back by {build.figures.printed.stand_deg:g}°."
         return Step("Set it on the stand", words, partial(sketches.carried, build.badge, "stand", 0))
-    words = "Hang it from both slots. On one cord a badge turns by itself, and its bands move."
+    words = "Hang it from both slots. On one hook a badge turns by itself, and its bands move."
     if build.slots < 2:
-        words = "Hang it from its slot. On one cord a badge turns by itself, and its bands move: hold it for a check."
+        words = "Hang it from its slot. On one hook a badge turns by itself, and its bands move: hold it for a check."
     return Step("Hang it", words, partial(sketches.carried, build.badge, "lanyard", build.slots))
 
 
 def acrylic(plan: AcrylicPlan) -> list[str]:
     """What the acrylic stack takes, and how it is closed."""
     plates = ", ".join(f"{plate.name} {plate.thickness_mm:g} mm" for plate in plan.plates if plate.name != "lips")
-    layers = f"{plan.layers} more pieces of the card, cut as the badge, below it. " if plan.layers else ""
+    layers = f"Below the badge: {plan.layers} more pieces of card, cut to its size. " if plan.layers else ""
     return [
-        f"Laser-cut from acrylic.dxf or acrylic.svg, a colour a stock (or a file a stock), of clear acrylic: {plates}",
+        f"Laser-cut of clear acrylic: {plates}; acrylic.dxf (or .svg) has a colour for each, or take a file for each",
         f"And the lips, of clear polyester film (PET), {plan.lips.thickness_mm:g} mm thick; never of PVC, whose smoke "
         "is poisonous",
         f"{len(plan.screws)} button-head screws M3 × {screw_length_mm(plan)} (ISO 7380) with nuts",
         f"{layers}Card and sheet lie in the frame, with {plan.clearance_mm:g} mm of air at each edge. The sheet must "
-        f"be higher than the frame by 0.1 to 0.5 mm (planned are {plan.squeeze_mm:.2f} mm). Plates differ in "
+        f"rise above the frame by 0.1 to 0.5 mm (planned: {plan.squeeze_mm:.2f} mm). Plates differ in "
         "thickness: add a layer of card or paper, or take one out. Tighten the screws until the film is flat on the "
         "frame; its lips then press the sheet.",
     ]

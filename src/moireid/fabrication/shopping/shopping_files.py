@@ -134,8 +134,8 @@ def _draw_sheet(page: PdfPage, sheet_mm: tuple[float, float], strips: tuple[Piec
     wide, high = sheet_mm
     scale = max(1.0, wide / (PAPER_MM[0] - LEFT_MM - RIGHT_MM), high / (PAPER_MM[1] - TOP_MM - BOTTOM_MM))
     words = (
-        f"A sheet of {wide:g} x {high:g} mm, drawn at 1 : {scale:.3g}; its lower and left edge lose {TRIM_MM:g} mm.",
-        "Figures are mm: at the cuts from the lower or left edge, in the pieces across the lenses x along them.",
+        f"A sheet of {wide:g} x {high:g} mm, drawn at 1 : {scale:.3g}; {TRIM_MM:g} mm at left and below are waste.",
+        "In mm: at each cut, its distance from the left or lower edge; in each piece, size across x along the lenses.",
         "Cut from edge to edge: first the bold cuts, then each strip.",
         "Grey lines show the lenses. Never turn a piece: they must run on the badge as they run here.",
     )
