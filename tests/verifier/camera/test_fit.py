@@ -99,6 +99,21 @@ def test_a_page_that_is_never_turned_shows_neither_axis_nor_lens(seed, focal_px)
     assert tangents(fit.camera_mm) - true == pytest.approx(np.zeros_like(true), abs=0.02)
 
 
+@pytest.mark.claim("A picture that is cropped off its middle is not taken for one that is not")
+def test_a_slight_turn_shows_the_axis_though_not_the_lens():
+    """Catches: an axis that is put in the middle of a cropped picture, whose false poses then explain another gain.
+
+    A page that slides, and turns by 0.2 degrees; the axis is 450 px left of the middle.
+    """
+    rng, times = np.random.default_rng(0), np.arange(90) / FPS
+    x, y = 150 * np.sin(1.7 * times), 30 * np.sin(2.1 * times)
+    turns = np.radians(0.28) * np.column_stack([np.sin(2.9 * times), np.cos(2.3 * times)])
+    camera = np.column_stack([MIDDLE[0] + x, MIDDLE[1] + y, np.full(90, -900.0)])
+    points = project(camera, Rotation.from_euler("xy", turns), 1450.0) - [450.0, 0.0]
+    fit = fitted(registered(points, rng, 0.01), times)
+    assert fit.parallel and fit.axis_px == pytest.approx([-450.0, 0.0], abs=30.0)
+
+
 def test_a_badge_that_turns_shows_its_focal_length(rng):
     """Catches: any lens that is allowed for a film which shows its own; a span that leaves out the true one."""
     times = np.arange(120) / FPS

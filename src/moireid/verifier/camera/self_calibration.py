@@ -27,6 +27,7 @@ from moireid.verifier.camera.map_search import SPARE_PER_FRAME, minimise, poster
 from moireid.verifier.camera.page_speed import hidden_speed_px_s
 from moireid.verifier.camera.plane_pose import ClosedForm, closed_form, point_error_px, start_poses
 from moireid.verifier.camera.smoothing import SPARE, steady_errors_px
+from moireid.verifier.limits import MAX_LASTING_PX
 from moireid.verifier.measuring import (
     AXIS_MAX_SHARE,
     FOCAL_FAR_SDS,
@@ -45,7 +46,7 @@ NEARBY_STEPS, SETTLED, MOST_SETTLED = 2.0, 0.05, 60
 #: Another start is tried if its axis is this far from the middle, in long sides, or its pixels are stretched by so
 #: much, and if it leaves at most so many times what the search from the middle left.
 AXIS_FAR_SHARE, STRETCH_FAR_LOG, NEARLY_AS_GOOD = 0.03, 0.004, 2.0
-#: A print's aspect hides all else if the errors fall to this share, or less, once it is taken away.
+#: A print's aspect, or an axis off the middle, is no noise if the errors fall to this share, or less, once it is solved.
 HIDING_SHARE = 0.7
 #: Distortions to search from, as minima of one are far from the other, and beyond which a search has come to where the
 #: other begins: none, and a webcam's barrel.  From either of them, and the guessed focal length, k1 of -0.4 to 0.2 and
@@ -84,15 +85,19 @@ class FilmWide(FilmCamera):
         if best._astray():
             middle = copy.copy(self)
             middle._centred = True
-            return middle.solve()
+            middle = middle.solve()
+            left, free = (float(np.median(film._errors())) for film in (middle, best))
+            if left < max(MAX_LASTING_PX / 2, free / HIDING_SHARE):
+                return middle
         best._cover([film for film in tried if film is not best])
         return best
 
     def _astray(self) -> bool:
-        """Whether the axis is far from the middle, and the film shows no perspective from which to know that.
+        """Whether the axis is far from the middle, and the film does not show its lens.
 
         A page that is seen from the front and never turns shows neither lens nor axis, and far from the axis poses have
-        more freedom to follow errors of some thousandths of a pixel; the fringes would be predicted from aside.
+        more freedom to follow errors of some thousandths of a pixel; the fringes would be predicted from aside.  A turn
+        of a tenth of a degree may show the axis, though not the lens: then the middle leaves more of the corners.
         """
         if self._known or np.abs(self.axis).max() < AXIS_FAR_SHARE:
             return False
