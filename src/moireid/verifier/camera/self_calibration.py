@@ -46,7 +46,7 @@ NEARBY_STEPS, SETTLED, MOST_SETTLED = 2.0, 0.05, 60
 #: Another start is tried if its axis is this far from the middle, in long sides, or its pixels are stretched by so
 #: much, and if it leaves at most so many times what the search from the middle left.
 AXIS_FAR_SHARE, STRETCH_FAR_LOG, NEARLY_AS_GOOD = 0.03, 0.004, 2.0
-#: A print's aspect, or an axis off the middle, is no noise if the errors fall to this share, or less, once it is solved.
+#: A print's aspect, or an axis off the middle, is no noise if the errors fall to this share, or less, by it.
 HIDING_SHARE = 0.7
 #: Distortions to search from, as minima of one are far from the other, and beyond which a search has come to where the
 #: other begins: none, and a webcam's barrel.  From either of them, and the guessed focal length, k1 of -0.4 to 0.2 and
