@@ -78,11 +78,11 @@ def _cells(name: list[str], document: dict[str, Any], versions: dict[str, str]) 
         for entry in (by_name[one] for one in README if one in by_name):
             yield entry["text"], entry["films_by"], *_counts(entry), _interval(entry)
     elif name == ["all"]:
-        yield "question", "films by", "films", *OUTCOMES, "right, 95 %", "command", "version, date"
+        yield "question", "films by", "films", *OUTCOMES, "right, 95 %", "`moireid lab bench`", "version, date"
         for entry in questions:
             version = f"{'' if entry in now else 'older, '}{entry['version']}, {entry['date']}"
             cells = (entry["text"], entry["films_by"], *_counts(entry), _interval(entry))
-            yield *cells, f"`{entry['command']}`", version
+            yield *cells, f"`{entry['command'].removeprefix('moireid lab bench ')}`", version
     elif name == ["parts"]:
         yield "part", "cases", "processor s a case", "hours of two cores"
         for part in document["parts"]:
@@ -92,15 +92,22 @@ def _cells(name: list[str], document: dict[str, Any], versions: dict[str, str]) 
         rows = kept_rows(SCOREBOARD.with_name(ROWS)).values()
         yield from TABLES[name[1]]([row for row in rows if row["part"] == "paper"])
     else:
-        yield "kind", "films", *OUTCOMES, "what decided the others", "figures: least to greatest"
+        yield "kind", "films", *OUTCOMES, "what decided the others", "figures, once for the same films"
+        shown: dict[str, dict[str, Any]] = {}
         for entry in questions:
             if entry["part"] == name[1]:
                 older = "" if entry in now else f" (older, of {entry['date']})"
-                yield (f"*{entry['text']}*{older}", *[""] * 6)
+                several = len(entry["kinds"]) > 1
+                if several:
+                    yield (f"*{entry['text']}*{older}", *[""] * 6)
                 for kind in entry["kinds"]:
-                    figures = (f"{key} {low:g} to {high:g}" for key, (low, _, high) in kind["figures"].items())
+                    own = kind["figures"]
+                    new = {} if shown.get(kind["kind"]) == own else own
+                    figures = (f"{key} {low:g}{f' to {high:g}' * (low < high)}" for key, (low, _, high) in new.items())
                     why = "" if kind["right"] == kind["films"] else kind["why"]
-                    yield kind["kind"], *_counts(kind), why, "; ".join(figures)
+                    title = kind["kind"] if several else f"*{entry['text']}*{older}"
+                    yield title, *_counts(kind), why, "; ".join(figures)
+                    shown[kind["kind"]] = own
 
 
 def _counts(entry: Entry) -> list[str]:
