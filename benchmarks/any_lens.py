@@ -145,7 +145,7 @@ def judged(job: tuple[str, dict[str, Any]], folder: Path) -> Row:
     name, case = job
     path = folder / f"{name.replace(' ', '_')}.mp4"
     rng = np.random.default_rng([*name.encode(), 11])
-    made = prepared(folder / case["lens"], "--lens", case["lens"]) if "lens" in case else prepared(folder)
+    made = prepared(folder / case["lens"], lens=case["lens"]) if "lens" in case else prepared(folder)
     page = flawed(load_page(made / "badge"), Flaws(air_mm=case.get("air", 0.0)), 1)
     camera, motion = camera_and_course(case, page.size_mm[0], rng)
     own = misbuilt(built(page, rng), case)
@@ -179,4 +179,4 @@ QUESTIONS = {
     "sheet": "Is a board accepted whose sheet has another pitch, by -1.6 to 3.3 %? Not enrolled",
     "forged": "Is a forged film rejected from 39° to 62° aside, glued or on 20 µm of air?",
 }
-PART = Part(QUESTIONS, OUTSIDE, cases, judged, 2, sources=("moireid.designer", "moireid.fabrication.page"))
+PART = Part(QUESTIONS, OUTSIDE, cases, judged, 2)

@@ -1,6 +1,6 @@
 """Badges as people build them, by an outside tracer: run `moireid lab bench builds [--clips N]`.
 
-Each badge is printed by the command `print-your-badge` and traced by `outside`, which shares nothing with
+Each badge is printed as `print-your-badge` does, and traced by `outside`, which shares nothing with
 `moireid.simulate`, with one flaw of print, sheet, shape or light, or with all that is usual (`outside.flaws`,
 `outside.lamps`).  It is enrolled from two films, filmed again at the middle of its range, and filmed with half the
 gain; a second build of the same files, with the same flaws of another draw, is the copy.  Narrowed: printed for
@@ -29,7 +29,6 @@ from outside.page import Lens, load_page
 from moireid.asbuilt import AsBuilt
 from moireid.badge import Badge, load_badge
 from moireid.errors import MediaError
-from moireid.profiles import PrinterProfile, save_profile
 from moireid.verifier import Question, Report, verify
 from moireid.verifier.session.capture import capture_as_built
 from moireid_lab.bench.part import INCONCLUSIVE, OUTSIDE, Asked, Part, Row, answer_of, numbered, why_not
@@ -75,12 +74,10 @@ LAMPS = {"glare": (0.0, 0.6), "side light": (0.9, 0.0), "usual": (0.9, 0.3)}
 def badge_folder(folder: Path, kind: str, build: int) -> Path:
     """Where the badge and the films of a build are; another number is another badge, a copy is of the same."""
     if kind.endswith("narrowed"):
-        printer = folder / "printer.json"
-        save_profile(PrinterProfile("narrowed", 1200, 85.0), printer)
-        return prepared(folder / "narrowed", "--printer", str(printer))
+        return prepared(folder / "narrowed", ink_growth_um=85.0)
     number = build % COPY
     payload = np.random.default_rng([number, 7]).bytes(8).hex()
-    return prepared(folder / f"badge_{number}", "--payload", payload) if number > 1 else prepared(folder)
+    return prepared(folder / f"badge_{number}", payload=payload) if number > 1 else prepared(folder)
 
 
 def filmed(folder: Path, kind: str, build: int, number: int, forge: str | None = None) -> Path:
@@ -166,4 +163,4 @@ QUESTIONS = {
     "copy": "Is a second build of the same files rejected then?",
     "half gain": "Is a film with half the gain rejected then?",
 }
-PART = Part(QUESTIONS, OUTSIDE, cases, judged, sources=("moireid.designer", "moireid.fabrication.page"))
+PART = Part(QUESTIONS, OUTSIDE, cases, judged)

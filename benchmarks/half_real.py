@@ -29,10 +29,9 @@ from outside.film import Shoot, Tracer
 from outside.motion import Course
 from outside.page import PAPER, load_page
 
-import moireid
-from moireid.badge import Badge
+from moireid.designer import Order
 from moireid.verifier import Question, verify
-from moireid_lab.bench.part import OUTSIDE, Asked, Part, Row, film_row, identity_answer
+from moireid_lab.bench.part import OUTSIDE, Asked, Part, Row, film_row, identity_answer, printed
 
 Array = NDArray[np.float64]
 #: Frames a second of the clips, and the fewest corners of the board that give its pose.
@@ -263,22 +262,17 @@ def write_film(tracer: BoardTracer, path: Path, seed: int) -> None:
         container.mux(stream.encode())
 
 
-def printed(folder: Path, pattern: str, width_mm: int) -> Badge:
-    """A board of that width, in the proportions of the default one, printed into the folder."""
-    size_mm = width_mm, round(width_mm * 160 / 146)
-    badge = moireid.design("Guest", payload="0f5ac3962d784be1", pattern=pattern, size_mm=size_mm)
-    moireid.print_badge(badge, folder, mount="none")
-    return badge
-
-
 def judged(job: tuple[Path | None, int, str, int, str | None], folder: Path) -> Row:
     """One film, with the focal length as solved over the true one."""
     data, number, pattern, width_mm, forge = job
     assert data is not None
     board, camera = load_board(data), webcam(data, number)
     path = folder / f"{'forged-' if forge else ''}real-{number}-{pattern}-{width_mm}{f'-{forge}' if forge else ''}.mp4"
+    # In the proportions of the default board.
+    size_mm = width_mm, round(width_mm * 160 / 146)
     with tempfile.TemporaryDirectory(dir=folder) as name:
-        badge = printed(Path(name) / "badge", pattern, width_mm)
+        order = Order("Guest", payload="0f5ac3962d784be1", pattern=pattern, size_mm=size_mm)
+        badge = printed(order, Path(name) / "badge")
         if not path.exists():
             clip = read_clip(data, number, camera, board)
             write_film(BoardTracer(Path(name) / "badge", camera, clip, board, forge), path, number)

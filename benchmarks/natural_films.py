@@ -9,12 +9,11 @@ its own trajectory, with its own errors kept: each rival at its best (`KINDS`). 
 from __future__ import annotations
 
 import shutil
-import subprocess
-import sys
 import tempfile
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from outside.build import built
@@ -25,16 +24,16 @@ from outside.page import load_page
 from outside.rivals import KINDS as FILMED_KINDS
 
 from moireid.badge import load_badge
+from moireid.designer import Order
 from moireid.verifier import Question, verify
 from moireid.verifier.camera.stretches import within_stretches
 from moireid.verifier.decision.judge import judge
 from moireid.verifier.fringes.grating_signal import GratingSignal
 from moireid.verifier.session.claim import sheet_of
-from moireid_lab.bench.part import OUTSIDE, Asked, Part, Row, answer_of, film_row, interleaved
+from moireid_lab.bench.part import OUTSIDE, Asked, Part, Row, answer_of, film_row, interleaved, printed
 
 FPS, SECONDS = 30, 10
 MOTIONS, DISTANCES_M = ("walk", "measured"), (1.0, 2.0)
-PROGRAM = Path(sys.executable).with_name("print-your-badge")
 #: Numerical forgeries on a part's own trajectory.
 KINDS = (
     "drift", "late_0.3", "late_0.5", "late_1", "late_2", "early_0.3", "place", "gain_0.5", "gain_0.8", "gain_1.25",
@@ -59,13 +58,12 @@ class Task:
         return "_".join(str(word) for word in (self.motion, self.distance_m, self.number, self.forge or "true"))
 
 
-def prepared(folder: Path, *options: str) -> Path:
-    """The folder of films, with the badge printed into it; options: of `print-your-badge`."""
-    folder.mkdir(parents=True, exist_ok=True)
+def prepared(folder: Path, **wish: Any) -> Path:
+    """The folder of films, with the badge printed into it; wish: fields of its order."""
     if not (folder / "badge").exists():
+        folder.mkdir(parents=True, exist_ok=True)
         own = Path(tempfile.mkdtemp(dir=folder))
-        wish = ["Guest", "--payload", "0f5ac3962d784be1", "--mount", "none", *options, "--out", str(own / "badge")]
-        subprocess.run([str(PROGRAM), *wish, "--json"], check=True, stdout=subprocess.DEVNULL)
+        printed(Order("Guest", **{"payload": "0f5ac3962d784be1"} | wish), own / "badge")
         # Another process may have printed it meanwhile.
         with suppress(OSError):
             (own / "badge").rename(folder / "badge")
@@ -155,4 +153,4 @@ QUESTIONS = {
     "signals": "Is its measured phase rejected once it is forged on its own trajectory? 16 kinds",
     "forged": "Is a film rejected that is forged on its own trajectory? 11 kinds",
 }
-PART = Part(QUESTIONS, OUTSIDE, cases, judged, 2, ("moireid.designer", "moireid.fabrication.page"))
+PART = Part(QUESTIONS, OUTSIDE, cases, judged, 2)

@@ -1,6 +1,6 @@
 """Films by an outside tracer, judged: run `moireid lab bench outside [--only REGEX] [--clips N]`.
 
-Badges are made by the command `print-your-badge`, in each format, landscape and portrait, plain and with all that
+Badges are made as `print-your-badge` makes them, in each format, landscape and portrait, plain and with all that
 templates wear, with squares and with a thin frame; each is filmed twice by `outside`, which shares nothing with
 `moireid.simulate`, at distances that fill the range that the badge itself states, and judged by `moireid.verifier`.
 Of each format there are as many films of true badges as are asked for, and thirteen of lies about them.  `--keep DIR`
@@ -14,8 +14,7 @@ from __future__ import annotations
 import json
 import math
 import shutil
-import subprocess
-import sys
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -30,26 +29,28 @@ from outside.motion import course
 from outside.page import load_page
 
 from moireid.badge import load_badge
+from moireid.designer import Order
+from moireid.errors import MoireIdError
 from moireid.verifier import Question, verify
-from moireid_lab.bench.part import OUTSIDE, Asked, Part, Row, film_row, identity_answer, interleaved
+from moireid_lab.bench.part import OUTSIDE, Asked, Part, Row, film_row, identity_answer, interleaved, printed
 
 FORMATS = ("cr80", "a7", "4x3in", "a6", "a5", "webcam", "board")
 SEED, FRAMES, FPS, PER_BADGE = 1, 240, 30, 2
-LINES = ["--line", "Reporter · Example News", "--line", "Accredited until 31 Dec 2026"]
-#: What badges wear, in turns; LOGO and PORTRAIT are replaced by files.
-WEAR: tuple[tuple[str, ...], ...] = (
-    ("--orientation", "landscape"),
-    ("--orientation", "portrait", "--template", "conference", "--logo", "LOGO", *LINES, "--colour", "#134e8c"),
-    ("--orientation", "landscape", "--markers", "frame"),
-    ("--orientation", "portrait"),
-    ("--orientation", "landscape", "--template", "newsroom", "--logo", "LOGO", "--portrait", "PORTRAIT", *LINES[:2]),
-    ("--orientation", "portrait", "--markers", "frame"),
-    ("--orientation", "landscape", "--template", "court", "--logo", "LOGO", *LINES[:2]),
-    ("--orientation", "portrait", "--axes", "xy"),
-    ("--orientation", "landscape", "--template", "conference", "--markers", "frame", *LINES[:2]),
-    ("--orientation", "landscape", "--template", "webcam", *LINES[:2]),
+LINES = ["Reporter · Example News", "Accredited until 31 Dec 2026"]
+WIDE, TALL = {"orientation": "landscape"}, {"orientation": "portrait"}
+#: What badges wear, in turns: fields of an order; pictures are drawn.
+WEAR: tuple[dict[str, Any], ...] = (
+    WIDE,
+    TALL | {"template": "conference", "logo": "drawn", "lines": LINES, "colour": "#134e8c"},
+    WIDE | {"markers": "frame"},
+    TALL,
+    WIDE | {"template": "newsroom", "logo": "drawn", "portrait": "drawn", "lines": LINES[:1]},
+    TALL | {"markers": "frame"},
+    WIDE | {"template": "court", "logo": "drawn", "lines": LINES[:1]},
+    TALL | {"axes": "xy"},
+    WIDE | {"template": "conference", "markers": "frame", "lines": LINES[:1]},
+    WIDE | {"template": "webcam", "lines": LINES[:1]},
 )
-PROGRAM = Path(sys.executable).with_name("print-your-badge")
 
 
 @dataclass(frozen=True)
@@ -75,28 +76,24 @@ class Task:
 
 
 def issued(task: Task, folder: Path) -> str:
-    """Make the task's badge by the command, in `folder`; say what it wears.  A wish without room is made plain."""
+    """Print the task's badge into `folder`; say what it wears.  A wish without room is made plain."""
     rng = np.random.default_rng([SEED, FORMATS.index(task.format), 1000 + task.badge])
-    wish = WEAR[task.badge % len(WEAR)]
-    payload = rng.bytes(8).hex()
-    words = [str(_picture(word, folder)) if word in ("LOGO", "PORTRAIT") else word for word in wish]
-    for each, wear in ((words, " ".join(wish)), (words[:2], f"{wish[:2]} for want of room")):
-        command = [str(PROGRAM), f"Guest {task.badge}", "--format", task.format, "--mount", "none"]
-        command += ["--payload", payload]
-        done = subprocess.run(
-            [*command, *each, "--out", str(folder / "badge"), "--json"], capture_output=True, text=True, check=False
-        )
-        if done.returncode == 0:
-            return wear
-    raise RuntimeError(f"{task.format}: {done.stderr.strip()}")
+    wish, payload = WEAR[task.badge % len(WEAR)], rng.bytes(8).hex()
+    drawn_by = {name: _picture(name, folder) for name in ("logo", "portrait") if name in wish}
+    plain = {"orientation": wish["orientation"]}
+    for each, wear in ((wish | drawn_by, wish), (plain, plain | {"for want of room": True})):
+        with suppress(MoireIdError):
+            printed(Order(f"Guest {task.badge}", format=task.format, payload=payload, **each), folder / "badge")
+            return ", ".join(f"{name} {value}" for name, value in wear.items())
+    raise RuntimeError(f"{task.name}: no room for a plain badge")
 
 
 def _picture(word: str, folder: Path) -> Path:
     """A logo of nested squares, or a portrait that is a chessboard: pictures of many edges."""
     from PIL import Image, ImageDraw
 
-    path = folder / f"{word.lower()}.png"
-    if word == "PORTRAIT":
+    path = folder / f"{word}.png"
+    if word == "portrait":
         Image.fromarray((255 * np.kron(np.indices((10, 8)).sum(axis=0) % 2, np.ones((40, 40)))).astype(np.uint8)).save(
             path
         )
@@ -176,4 +173,4 @@ QUESTIONS = {
     "identity": "Is the identity of 64 bits read whole?",
     "forged": "Is a forged film rejected? 13 kinds about seven formats",
 }
-PART = Part(QUESTIONS, OUTSIDE, cases, judged, 6, ("moireid.designer", "moireid.fabrication.page"))
+PART = Part(QUESTIONS, OUTSIDE, cases, judged, 6)

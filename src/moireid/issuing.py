@@ -22,7 +22,6 @@ from moireid.designer.order import FAMILY_BYTES, Order, random_payload
 from moireid.designer.reach import link_budgets
 from moireid.errors import DesignError, FabricationError, RegistryError, SpecError
 from moireid.fabrication.mount_parts import Parts, plan_parts
-from moireid.fabrication.package import file_names
 from moireid.fabrication.page.lettering import name_note
 from moireid.fabrication.page.marks import check_look, look_notes
 from moireid.fabrication.process_figures import mount_figures
@@ -54,6 +53,8 @@ class Package:
     @property
     def files(self) -> list[str]:
         """Names of the files that are made; badge.json is the last."""
+        from moireid.fabrication.package import file_names
+
         return file_names(self.parts)
 
 

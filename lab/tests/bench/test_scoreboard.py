@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -11,12 +12,14 @@ from click.testing import CliRunner
 
 from kit.in_place import in_place
 from moireid.cli.main import moireid
+from moireid.result_cache import kept_rows
 from moireid_lab.archive.isolated import LostJob
 from moireid_lab.bench import bench_rows, scoreboard, sources
 from moireid_lab.bench.bench_rows import Where
 from moireid_lab.bench.part import INCONCLUSIVE, RIGHT, WRONG, Asked, Part, interleaved
-from moireid_lab.bench.scoreboard import ROWS, document_of, judged, newest, plan, run
+from moireid_lab.bench.scoreboard import DOCUMENT, ROWS, document_of, newest_rows, plan, run, tidy
 from moireid_lab.bench.scoreboard_tables import PAGES, SCOREBOARD, with_tables, written
+from moireid_lab.bench.sources import judged
 from moireid_lab.evaluation.statistics import interval
 
 ANSWERS = {"a": RIGHT, "b": RIGHT, "c": INCONCLUSIVE, "d": WRONG}
@@ -24,7 +27,7 @@ ANSWERS = {"a": RIGHT, "b": RIGHT, "c": INCONCLUSIVE, "d": WRONG}
 
 @pytest.fixture
 def made(monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """One part of four cases, in this process; what is made, in order.  Its version is the last of them."""
+    """One part of four cases, in this process; what is made, in order.  Its rows depend on this file."""
     names: list[str] = []
 
     def judge(case: str, folder: Path) -> dict[str, Any]:
@@ -33,31 +36,43 @@ def made(monkeypatch: pytest.MonkeyPatch) -> list[str]:
 
     part = Part({"q": "Is it right?"}, "nobody", lambda asked: {case: case for case in ANSWERS}, judge, short=1)
     monkeypatch.setattr(scoreboard, "PARTS", ("letters",))
-    monkeypatch.setattr(scoreboard, "part_of", lambda name: part)
-    monkeypatch.setattr(scoreboard, "module_of", lambda name: name)
-    monkeypatch.setattr(scoreboard, "current_version", lambda name: "first")
+    for module in (scoreboard, sources):
+        monkeypatch.setattr(module, "part_of", lambda name: part)
+    monkeypatch.setattr(sources, "loaded_files", lambda more: ["lab/tests/bench/test_scoreboard.py"])
     monkeypatch.setattr(bench_rows, "run_tasks", in_place)
     return names
 
 
-def run_here(folder: Path, cases: list[scoreboard.PlannedCase]) -> list[str]:
+def change(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As if each file had changed."""
+    monkeypatch.setattr(sources, "_content", lambda name: "changed")
+
+
+def run_here(folder: Path, cases: dict[str, tuple[str, str]]) -> list[str]:
     return run(cases, Asked(), folder / ROWS, folder, where=Where(), progress=lambda *_: None)
 
 
-def test_rows_are_kept_by_the_version_of_their_sources(made: list[str], tmp_path: Path, monkeypatch):
+def documented(folder: Path) -> dict[str, Any]:
+    return document_of(plan(Asked()), newest_rows(plan(Asked()), folder / ROWS))
+
+
+def test_a_row_is_made_again_once_a_file_that_it_depends_on_has_changed(made: list[str], tmp_path: Path, monkeypatch):
     """Catches: a case that is made again, or is not once its sources have changed; older rows counted with the new."""
     assert run_here(tmp_path, plan(Asked())) == [] and made == list("abcd")
     assert run_here(tmp_path, plan(Asked())) == [] and len(made) == 4
-    (entry,) = document_of(plan(Asked()), newest(plan(Asked()), tmp_path / ROWS))["questions"]
+    (entry,) = documented(tmp_path)["questions"]
     assert [entry[name] for name in ("films", "right", "inconclusive", "wrong")] == [4, 2, 1, 1]
-    assert entry["interval"] == pytest.approx(interval(2, 4), abs=1e-4) and entry["version"] == "first"
+    assert entry["interval"] == pytest.approx(interval(2, 4), abs=1e-4) and not entry["older"]
     assert entry["kinds"][0]["figures"]["size"] == [1, 2.5, 4]
-    monkeypatch.setattr(scoreboard, "current_version", lambda name: "second")
+    change(monkeypatch)
     short = plan(Asked(), short=True)
-    assert [case.name for case in short] == ["a"] and run_here(tmp_path, short) == [] and made[4:] == ["a"]
-    rows = newest(plan(Asked()), tmp_path / ROWS)
-    found = {one["version"]: one["films"] for one in document_of(plan(Asked()), rows)["questions"]}
-    assert found == {"second": 1, "first": 3} and len((tmp_path / ROWS).read_text().splitlines()) == 4
+    assert list(short) == ["letters a"] and run_here(tmp_path, short) == [] and made[4:] == ["a"]
+    assert {one["older"]: one["films"] for one in documented(tmp_path)["questions"]} == {False: 1, True: 3}
+    before = newest_rows(plan(Asked()), tmp_path / ROWS)
+    tidy(plan(Asked()), tmp_path / ROWS)
+    # Four rows, and the files of two versions.
+    assert newest_rows(plan(Asked()), tmp_path / ROWS) == before and len(kept_rows(tmp_path / ROWS)) == 6
+    assert len((tmp_path / ROWS).read_text().splitlines()) == 6
 
 
 def test_a_case_that_is_lost_is_named_and_made_again(made: list[str], tmp_path: Path, monkeypatch):
@@ -66,10 +81,17 @@ def test_a_case_that_is_lost_is_named_and_made_again(made: list[str], tmp_path: 
     def failing(job: Any) -> Any:
         return LostJob("it crashed", 1.0, "crash") if job[1] == "b" else judged(job)
 
-    monkeypatch.setattr(scoreboard, "judged", failing)
-    assert run_here(tmp_path, plan(Asked())) == ["first letters b: it crashed"] and made == list("acd")
-    monkeypatch.setattr(scoreboard, "judged", judged)
+    monkeypatch.setattr(bench_rows, "judged", failing)
+    assert run_here(tmp_path, plan(Asked())) == ["letters b: it crashed"] and made == list("acd")
+    monkeypatch.setattr(bench_rows, "judged", judged)
     assert run_here(tmp_path, plan(Asked())) == [] and made == list("acdb")
+
+
+def test_parts_take_turns(made: list[str], monkeypatch: pytest.MonkeyPatch):
+    """Catches: all cases of one part before another's, so that an hour has none of these."""
+    monkeypatch.setattr(scoreboard, "PARTS", ("one", "two"))
+    monkeypatch.setattr(scoreboard, "TURN", 3)
+    assert "".join(key[0] for key in plan(Asked())) == "oootttot"
 
 
 def test_cases_of_all_kinds_take_turns():
@@ -78,42 +100,36 @@ def test_cases_of_all_kinds_take_turns():
     assert found == ["a0", "b", "c0", "a1", "a2", "c1", "a3"]
 
 
-def test_a_version_follows_what_is_imported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    """Catches: an import within a function, or data next to a module, that changes no version; any change that does."""
+def test_a_row_depends_on_what_its_process_has_loaded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """Catches: a module, or the data next to it, that no version follows; one that was not loaded; any other's file."""
     folder = tmp_path / "src" / "pack"
     folder.mkdir(parents=True)
-    files = {"one.py": "def f():\n    from pack import two\n", "two.py": "x = 1\n", "other.py": "", "data.toml": ""}
-    for name, text in files.items():
-        (folder / name).write_text(text)
+    for name in ("one.py", "other.py", "data.toml", "notes.txt"):
+        (folder / name).write_text("")
     monkeypatch.setattr(sources, "ROOT", tmp_path)
-
-    def version() -> str:
-        for cached in (sources.version_of, sources._file_of, sources._imports):
-            cached.cache_clear()
-        return sources.version_of("pack.one")
-
-    before = version()
-    (folder / "other.py").write_text("y = 2\n")
-    assert version() == before
-    for name in ("two.py", "data.toml", "one.py"):
-        (folder / name).write_text(f"{(folder / name).read_text()}\n# more\n")
-        now = version()
-        assert now != before, name
-        before = now
-    for cached in (sources.version_of, sources._file_of, sources._imports):
-        cached.cache_clear()
+    loaded = {"pack.one": SimpleNamespace(__file__=str(folder / "one.py")), "json": json, "built": SimpleNamespace()}
+    monkeypatch.setattr(sources, "sys", SimpleNamespace(modules=loaded))
+    files = sources.loaded_files(["src/pack/notes.txt"])
+    assert files == [f"src/pack/{name}" for name in ("data.toml", "notes.txt", "one.py")]
+    before = sources.version_of(files)
+    (folder / "one.py").write_text("x = 1")
+    sources._content.cache_clear()
+    assert sources.version_of(files) != before
 
 
 def test_readme_has_no_older_figure_and_the_other_page_says_which_are(made: list[str], tmp_path: Path, monkeypatch):
     """Catches: a figure of other sources in README; one that is not called older elsewhere."""
     run_here(tmp_path, plan(Asked()))
-    document = document_of(plan(Asked()), newest(plan(Asked()), tmp_path / ROWS))
-    document["questions"][0] |= {"part": "outside", "question": "genuine"}
     page = "<!-- scoreboard: readme -->\n<!-- end -->\n<!-- scoreboard: all -->\n<!-- end -->\n"
-    now, later = (with_tables(page, document, {"outside": version}) for version in ("first", "second"))
+    pages = []
+    for _ in range(2):
+        document = documented(tmp_path)
+        document["questions"][0] |= {"part": "outside", "question": "genuine"}
+        pages.append(with_tables(page, document))
+        change(monkeypatch)
+    now, later = pages
     assert now.count("| Is it right? | nobody | 4 | 2 | 1 | 1 | 7 to 93 % |") == 2 and "older" not in now
-    assert later.count("Is it right?") == 1 and "older, first" in later
-    assert with_tables(later, document, {"outside": "first"}) == now
+    assert later.count("Is it right?") == 1 and "older, " in later
 
 
 @pytest.mark.claim("Tables of README and accuracy are those of the scoreboard")
@@ -130,7 +146,9 @@ def test_the_short_scoreboard_agrees_with_the_whole(tmp_path: Path):
     """Catches: a change by which films come out otherwise than the scoreboard says."""
     done = CliRunner().invoke(moireid, ["lab", "scoreboard", "--short", "--out", str(tmp_path), "--json"])
     assert done.exit_code == 0, done.stderr
-    whole = {(one["part"], one["question"]): one for one in json.loads(SCOREBOARD.read_text())["questions"]}
+    whole = {
+        (one["part"], one["question"]): one for one in json.loads((SCOREBOARD / DOCUMENT).read_text())["questions"]
+    }
     found = json.loads(done.stdout)["questions"]
     assert len(found) > 10
     for entry in found:

@@ -39,11 +39,12 @@ RESULT_S, STOP_S, POLL_S, LOOK_S = 5.0, 5.0, 0.01, 1.0
 class Task:
     """Jobs that one worker does one after another: `work(job)`, or with a film `work(job, path)`.
 
-    film: its path, which every worker must be able to read.
+    film: its path, which every worker must be able to read; name: a process does no tasks of another name.
     """
 
     jobs: tuple[Any, ...]
     film: str | None = None
+    name: str = ""
 
 
 def run_tasks(
@@ -69,9 +70,10 @@ def run_tasks(
     if scheduler not in (None, LOCAL) and workers is not None:
         raise SpecError(f"{workers} workers are asked for, but those of {scheduler} are its own; leave out --workers")
     run, program, limits = uuid.uuid4().hex, program_digest(), limits or Limits()
+    payloads = [tuple(pickle.dumps((work, job)) for job in task.jobs) for task in tasks]
     orders = [
-        Order(work.__module__, tuple(pickle.dumps((work, job)) for job in task.jobs), task.film, limits, run, program)
-        for task in tasks
+        Order(work.__module__, jobs, task.film, limits, run, program, task.name)
+        for task, jobs in zip(tasks, payloads, strict=True)
     ]
     if not orders:
         return

@@ -74,6 +74,13 @@ class IsolatedProcess:
         self._child: Child | None = None
         self._used_s = 0.0
         self._ended = False
+        self._name = ""
+
+    def rename(self, name: str) -> None:
+        """Have a new process for tasks of another name."""
+        if name != self._name:
+            self.stop()
+        self._name = name
 
     def do(self, payload: bytes, film: str | None) -> Any | LostJob:
         """The result of one job as JSON gives it, or why there is none; payload: the pickled (work, job).

@@ -17,7 +17,8 @@ HERE = "here"
 class Order:
     """A task as it is sent: the pickled (work, job) of each of its jobs, and the path of their film or None.
 
-    module: of the work; run: name of the run, which has its own children; program: digest of the requesting program.
+    module: of the work; run: name of the run, which has its own children; program: digest of the requesting program;
+    name: of the task.
     """
 
     module: str
@@ -26,6 +27,7 @@ class Order:
     limits: Limits
     run: str
     program: str
+    name: str
 
 
 @dataclass(frozen=True)
@@ -52,6 +54,7 @@ def do(order: Order) -> Done:
     folder = None if worker is None else worker.local_directory
     made = IsolatedProcess(order.module, order.limits, folder)
     child = _children.setdefault((order.run, threading.get_ident()), made)
+    child.rename(order.name)
     return Done(tuple(child.do(payload, order.film) for payload in order.payloads), name)
 
 

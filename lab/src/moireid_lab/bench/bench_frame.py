@@ -23,7 +23,7 @@ from moireid_lab.bench.bench_plots import plot_of
 from moireid_lab.bench.bench_rows import Where, chosen_names, make_rows
 from moireid_lab.bench.part import Asked, Part
 from moireid_lab.bench.part import Row as Row
-from moireid_lab.bench.scoreboard import OUTCOMES, counted, current_version, described, judged
+from moireid_lab.bench.scoreboard import OUTCOMES, counted, described
 from moireid_lab.bench.suites import module_of
 from moireid_lab.evaluation.text_table import Columns, table_lines
 
@@ -90,13 +90,13 @@ def of_part(name: str, part: Part) -> Bench:
     def rows(wish: Wish) -> list[Row]:
         if part.needs_data and wish.data is None:
             raise SpecError(f"{name} draws badges into clips by others; give their folder by --data DIR")
-        asked, version = Asked(wish.clips, wish.data), current_version(name)
+        asked = Asked(wish.clips, wish.data)
         cases = list(part.cases(asked))
         some = cases[: max(part.short, 3)] if wish.quick and wish.only is None else chosen_names(cases, wish.only)
         with tempfile.TemporaryDirectory() as temporary:
             folder = wish.folder or Path(temporary)
-            jobs = {f"{version} {wish.clips} {case}": (name, case, version, asked, folder) for case in some}
-            made, lost = make_rows(judged, jobs, kept=wish.kept, where=wish.where, progress=wish.progress)
+            jobs = {f"{name} {wish.clips} {case}": (name, case, asked, folder) for case in some}
+            made, lost = make_rows(jobs, kept=wish.kept, where=wish.where, progress=wish.progress)
         if lost:
             raise MoireIdError(f"{len(lost)} cases of the bench gave no figures, first {lost[0]}; the others are kept")
         return [made[key] for key in jobs]

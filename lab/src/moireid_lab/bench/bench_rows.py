@@ -7,13 +7,13 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from moireid.errors import SpecError
 from moireid.result_cache import keep_row, kept_rows
 from moireid_lab.archive.engine import Task, run_tasks
 from moireid_lab.archive.isolated import Limits, LostJob
-from moireid_lab.bench.part import Row
+from moireid_lab.bench.part import Asked, Row
+from moireid_lab.bench.sources import is_older, judged
 
 #: Of one film; the longest of any suite takes some minutes, and renderers hold more than a verifier does.
 LIMITS = Limits(seconds=7200.0, memory_mb=8192)
@@ -39,8 +39,7 @@ def chosen_names(names: Sequence[str], only: str | None) -> list[str]:
 
 
 def make_rows(
-    work: Callable[[Any], Row],
-    jobs: Mapping[str, Any],
+    jobs: Mapping[str, tuple[str, str, Asked, Path]],
     *,
     kept: Path | None,
     where: Where,
@@ -49,19 +48,26 @@ def make_rows(
 ) -> tuple[dict[str, Row], list[str]]:
     """The rows that are kept and those that are made now, by key, and why other jobs gave none.
 
-    Parameters: work: a function at the top of a module; jobs: what the work is done with, by a key that says all that
-        the row depends on; kept: a file that rows are added to; stop: whether no further job is begun.
+    Parameters: jobs: of `sources.judged`, by the keys of their rows; kept: a file that rows are added to, and the lists
+        of files that they depend on, each once by its version; stop: whether no further job is begun.
     """
-    rows, lost = kept_rows(kept), list[str]()
-    todo = [(key, job) for key, job in jobs.items() if key not in rows]
-    tasks = [Task((job,)) for _, job in todo]
-    running = run_tasks(work, tasks, scheduler=where.scheduler, workers=where.workers, limits=LIMITS, stop=stop)
+    lines, lost = kept_rows(kept), list[str]()
+    found = {key: lines[key] for key in jobs if key in lines}
+    rows = {key: row for key, row in found.items() if not is_older(row | lines.get(row["version"], {"files": []}))}
+    todo = [key for key in jobs if key not in rows]
+    # A process of its own has loaded what the part needs and nothing else.
+    tasks = [Task((jobs[key],), name=jobs[key][0]) for key in todo]
+    running = run_tasks(judged, tasks, scheduler=where.scheduler, workers=where.workers, limits=LIMITS, stop=stop)
     with closing(running) as ended:
-        for count, (place, done) in enumerate(ended, start=len(jobs) - len(todo) + 1):
-            key, (row,) = todo[place][0], done.outcomes
+        for count, (place, done) in enumerate(ended, start=len(rows) + 1):
+            key, (row,) = todo[place], done.outcomes
             if isinstance(row, LostJob):
                 lost.append(f"{key}: {row.why}")
             else:
+                files = {"files": row.pop("files")}
+                if row["version"] not in lines:
+                    lines[row["version"]] = files
+                    keep_row(kept, row["version"], files)
                 rows[key] = row
                 keep_row(kept, key, row)
             progress(count, len(jobs))

@@ -9,15 +9,18 @@ from __future__ import annotations
 import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from moireid.badge import Badge
-from moireid.simulate.filming import film
-from moireid.simulate.motion import Motion
-from moireid.simulate.scene import Scene
-from moireid.verifier import Report
+from moireid.files import write_text
+
+if TYPE_CHECKING:
+    from moireid.badge import Badge
+    from moireid.designer import Order
+    from moireid.simulate.motion import Motion
+    from moireid.simulate.scene import Scene
+    from moireid.verifier import Report
 
 Row = dict[str, Any]
 Answer = tuple[int, int, int]
@@ -39,8 +42,8 @@ class Part:
 
     questions: in words, by name; films_by: who made the films, of all questions or of each; cases: by name, in their
     order; judge: makes and judges one, in a folder that the cases of a run share, and gives a row: `kind`, `answers` by
-    question, and figures; short: how many cases the short scoreboard has; sources: modules and paths on which rows
-    depend besides those that the part's own module imports; needs_data: whether cases are made of clips by others.
+    question, and figures; short: how many cases the short scoreboard has; sources: paths of files and folders on which
+    rows depend besides the modules that are loaded; needs_data: whether cases are made of clips by others.
     """
 
     questions: Mapping[str, str]
@@ -89,7 +92,21 @@ def numbered(names: Sequence[str], count: int, start: int = 0) -> dict[str, tupl
 @contextmanager
 def temporary_film(scene: Scene, motion: Motion, **how: Any) -> Iterator[Path]:
     """A film that is gone afterwards; how: as `simulate.filming.film`."""
+    from moireid.simulate.filming import film
+
     with tempfile.TemporaryDirectory() as folder:
         video = Path(folder) / "film.mp4"
         film(scene, motion, video, **how)
         yield video
+
+
+def printed(order: Order, folder: Path) -> Badge:
+    """A badge and its page in a folder, as `print-your-badge` makes them."""
+    from moireid.fabrication.page.pdf import write_badge_pdf
+    from moireid.issuing import plan_badge
+
+    badge = plan_badge(replace(order, mount="none")).badge
+    folder.mkdir(parents=True, exist_ok=True)
+    write_badge_pdf(badge, folder / "badge.pdf")
+    write_text(folder / "badge.json", badge.to_json())
+    return badge

@@ -7,7 +7,6 @@ README shows figures of this version of the sources alone; elsewhere an older fi
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
@@ -16,12 +15,11 @@ from typing import Any
 from moireid.files import write_text
 from moireid.result_cache import kept_rows
 from moireid_lab.bench.paper_tables import TABLES
-from moireid_lab.bench.part import Row
-from moireid_lab.bench.scoreboard import DOCUMENT, OUTCOMES, ROWS, current_version
+from moireid_lab.bench.part import Asked, Row
+from moireid_lab.bench.scoreboard import OUTCOMES, ROWS, document_of, newest_rows, plan
 from moireid_lab.bench.sources import ROOT
-from moireid_lab.bench.suites import PARTS
 
-SCOREBOARD = ROOT / "benchmarks" / "scoreboard" / DOCUMENT
+SCOREBOARD = ROOT / "benchmarks" / "scoreboard"
 PAGES = (ROOT / "README.md", ROOT / "docs" / "accuracy.md")
 #: What README shows: parts and questions.
 README = (
@@ -43,21 +41,25 @@ _PLACE = re.compile(r"(<!-- scoreboard: ([\w -]+) -->\n).*?(<!-- end -->)", re.D
 Entry = dict[str, Any]
 
 
-def with_tables(text: str, document: dict[str, Any], versions: dict[str, str]) -> str:
-    """A page with its tables; versions: of each part's sources now."""
+def with_tables(text: str, document: dict[str, Any]) -> str:
+    """A page with its tables."""
 
     def table(place: re.Match[str]) -> str:
-        return "\n".join([place[1].rstrip(), _table(_cells(place[2].split(), document, versions)), place[3]])
+        return "\n".join([place[1].rstrip(), _table(_cells(place[2].split(), document)), place[3]])
 
     return _PLACE.sub(table, text)
 
 
-def paper_text(rows: Iterable[Row]) -> str:
-    """All tables of the paper's experiments as a page."""
-    own = [row for row in rows if row["part"] == "paper"]
+def paper_text(kept: Path) -> str:
+    """All tables of the paper's experiments as a page, from a file of rows."""
+    own = _paper_rows(kept)
     made = {f"{row['version']} of {row['date']}" for row in own}
     tables = [f"## {name.capitalize()}\n\n{_table(table(own))}\n" for name, table in TABLES.items()]
     return "\n".join([f"# The paper's experiments\n\nVersion of the sources: {', '.join(sorted(made))}.\n", *tables])
+
+
+def _paper_rows(kept: Path) -> list[Row]:
+    return [row for row in kept_rows(kept).values() if row.get("part") == "paper"]
 
 
 def _table(cells: Iterable[Sequence[str]]) -> str:
@@ -68,19 +70,18 @@ def _table(cells: Iterable[Sequence[str]]) -> str:
     return "\n".join([rows[0], "|" + "---|" * (rows[0].count(" | ") + 1), *rows[1:]])
 
 
-def _cells(name: list[str], document: dict[str, Any], versions: dict[str, str]) -> Iterator[Sequence[str]]:
+def _cells(name: list[str], document: dict[str, Any]) -> Iterator[Sequence[str]]:
     """The rows of a table, the heading first."""
     questions: list[Entry] = document["questions"]
-    now = [entry for entry in questions if entry["version"] == versions.get(entry["part"])]
     if name == ["readme"]:
         yield "question", "films by", "films", *OUTCOMES, "right, 95 %"
-        by_name = {(entry["part"], entry["question"]): entry for entry in now}
+        by_name = {(entry["part"], entry["question"]): entry for entry in questions if not entry["older"]}
         for entry in (by_name[one] for one in README if one in by_name):
             yield entry["text"], entry["films_by"], *_counts(entry), _interval(entry)
     elif name == ["all"]:
         yield "question", "films by", "films", *OUTCOMES, "right, 95 %", "`moireid lab bench`", "version, date"
         for entry in questions:
-            version = f"{'' if entry in now else 'older, '}{entry['version']}, {entry['date']}"
+            version = f"{'older, ' if entry['older'] else ''}{entry['version']}, {entry['date']}"
             cells = (entry["text"], entry["films_by"], *_counts(entry), _interval(entry))
             yield *cells, f"`{entry['command'].removeprefix('moireid lab bench ')}`", version
     elif name == ["parts"]:
@@ -89,14 +90,13 @@ def _cells(name: list[str], document: dict[str, Any], versions: dict[str, str]) 
             hours = part["cases"] * part["s_a_case"] / 7200
             yield f"`{part['part']}`", str(part["cases"]), f"{part['s_a_case']:g}", f"{hours:.2f}"
     elif name[0] == "paper":
-        rows = kept_rows(SCOREBOARD.with_name(ROWS)).values()
-        yield from TABLES[name[1]]([row for row in rows if row["part"] == "paper"])
+        yield from TABLES[name[1]](_paper_rows(SCOREBOARD / ROWS))
     else:
         yield "kind", "films", *OUTCOMES, "what decided the others", "figures, once for the same films"
         shown: dict[str, dict[str, Any]] = {}
         for entry in questions:
             if entry["part"] == name[1]:
-                older = "" if entry in now else f" (older, of {entry['date']})"
+                older = f" (older, of {entry['date']})" if entry["older"] else ""
                 several = len(entry["kinds"]) > 1
                 if several:
                     yield (f"*{entry['text']}*{older}", *[""] * 6)
@@ -121,8 +121,8 @@ def _interval(entry: Entry) -> str:
 
 def written(page: Path) -> str:
     """A page of the project, with the tables of the scoreboard that is there."""
-    document = json.loads(SCOREBOARD.read_text(encoding="utf-8"))
-    return with_tables(page.read_text(encoding="utf-8"), document, {name: current_version(name) for name in PARTS})
+    cases = plan(Asked())
+    return with_tables(page.read_text(encoding="utf-8"), document_of(cases, newest_rows(cases, SCOREBOARD / ROWS)))
 
 
 if __name__ == "__main__":

@@ -1,71 +1,70 @@
-"""The version of the sources that a row depends on: a hash of the modules that a module imports, directly or not."""
+"""The files that a row depends on: the project's modules that its process has loaded, and the data next to those.
+
+As with the dependency files of build systems, a row is older once one of them has changed: a new import can only come
+through such a change.
+"""
 
 from __future__ import annotations
 
-import ast
 import hashlib
-from collections.abc import Iterator
+import os
+import sys
+from collections.abc import Iterable, Sequence
+from datetime import UTC, datetime
 from functools import cache
 from pathlib import Path
 
+from moireid_lab.bench.part import Asked, Row
+from moireid_lab.bench.suites import part_of
+
 ROOT = Path(__file__).parents[4]
-#: Where modules of the project are, in a checkout.
-FOLDERS = ("src", "studio/src", "lab/src", "benchmarks")
+#: Where modules of the project are, in a checkout; and those that run cases and change no row.
+FOLDERS, RUNNERS = ("src", "studio", "lab", "benchmarks"), ("lab/src/moireid_lab/archive", "src/moireid/sandbox")
 #: Files next to a module that it may read.
 DATA = (".c", ".h", ".csv", ".json", ".toml", ".npz")
 
 
-@cache
-def version_of(*sources: str) -> str:
-    """Hash of the content of these modules and paths, of all modules that they import, and of the data next to those.
-
-    Convention: imports count wherever they are in a file, also within functions and for types; a package's `__init__`
-        counts where it is imported by name, not as the parent of a module.  A path has a slash in it.
-    """
-    files = _closure(sources)
-    for folder in {place for path in files if "src" in path.parts for place in (path.parent, path.parent / "data")}:
-        files |= {path for path in folder.glob("*") if path.suffix in DATA}
-    for name in sources:
-        if "/" in name:
-            files |= {path for path in (ROOT / name, *(ROOT / name).rglob("*")) if path.is_file()}
-    digest = hashlib.sha256()
-    for path in sorted(files):
-        digest.update(path.relative_to(ROOT).as_posix().encode() + b"\0" + path.read_bytes())
-    return digest.hexdigest()[:12]
+def judged(job: tuple[str, str, Asked, Path]) -> Row:
+    """The row of one case, with the files that it depends on; runs in a process of its part."""
+    name, case, asked, folder = job
+    begun, part = _processor_s(), part_of(name)
+    (folder / name).mkdir(parents=True, exist_ok=True)
+    row = part.judge(part.cases(asked)[case], folder / name)
+    about = {"part": name, "case": case, "date": datetime.now(UTC).date().isoformat()}
+    files = loaded_files(part.sources)
+    return about | {"s": round(_processor_s() - begun, 2), "version": version_of(files)} | row | {"files": files}
 
 
-def _closure(modules: tuple[str, ...]) -> set[Path]:
-    """The files of modules and of all that they import."""
-    found: set[Path] = set()
-    todo = [path for name in modules if "/" not in name and (path := _file_of(name))]
-    while todo:
-        if (path := todo.pop()) not in found:
-            found.add(path)
-            todo += [other for name in _imports(path) if (other := _file_of(name))]
-    return found
+def _processor_s() -> float:
+    """Processor time of this process and of those that it waited for."""
+    times = os.times()
+    return times.user + times.system + times.children_user + times.children_system
 
 
-@cache
-def _file_of(name: str) -> Path | None:
-    """The file of a module of the project; None for others."""
-    for folder in FOLDERS:
-        place = ROOT / folder / name.replace(".", "/")
-        for path in (place.with_name(f"{place.name}.py"), place / "__init__.py"):
-            if path.is_file():
-                return path
-    return None
+def loaded_files(more: Iterable[str] = ()) -> list[str]:
+    """The project's files that this process has loaded, and all below the paths `more`, relative to `ROOT`."""
+    paths = {Path(file) for module in list(sys.modules.values()) if (file := getattr(module, "__file__", None))}
+    own = {path for path in paths if path.is_relative_to(ROOT) and path.relative_to(ROOT).parts[0] in FOLDERS}
+    for folder in {place for path in own if "src" in path.parts for place in (path.parent, path.parent / "data")}:
+        own |= {path for path in folder.glob("*") if path.suffix in DATA}
+    below = (path for name in more for path in (ROOT / name, *(ROOT / name).rglob("*")))
+    also = {path for path in below if path.is_file() and path.suffix not in (".pyc", ".so")}
+    names = {path.relative_to(ROOT).as_posix() for path in own | also}
+    return sorted(name for name in names if not name.startswith(RUNNERS))
+
+
+def is_older(row: Row) -> bool:
+    """Whether a file has changed on which a row depends."""
+    return bool(version_of(row["files"]) != row["version"])
+
+
+def version_of(files: Sequence[str]) -> str:
+    """Hash of the names and the content of files."""
+    return hashlib.sha256("".join(f"{name}\0{_content(name)}\n" for name in files).encode()).hexdigest()[:12]
 
 
 @cache
-def _imports(path: Path) -> tuple[str, ...]:
-    """Names of what a file imports; of `from a import b` both a and a.b."""
-    return tuple(_names(ast.parse(path.read_bytes())))
-
-
-def _names(tree: ast.AST) -> Iterator[str]:
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Import):
-            yield from (one.name for one in node.names)
-        elif isinstance(node, ast.ImportFrom) and node.module:
-            yield node.module
-            yield from (f"{node.module}.{one.name}" for one in node.names)
+def _content(name: str) -> str:
+    """Hash of a file's content when it is first asked for; empty where it is gone."""
+    path = ROOT / name
+    return hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else ""

@@ -23,12 +23,11 @@ def reproduce(context: click.Context, *, folder: Path, only: str | None, **how: 
     goes on where the last one stopped; DIR/paper.md has the tables of all rows that are there.
     """
     from moireid.files import write_text
-    from moireid.result_cache import kept_rows
     from moireid_lab.bench.scoreboard import ROWS
     from moireid_lab.bench.scoreboard_tables import paper_text
 
     context.invoke(scoreboard_command, folder=folder, only=f"^paper .*(?:{only or ''})", **how)
-    text = paper_text(kept_rows(folder / ROWS).values())
+    text = paper_text(folder / ROWS)
     write_text(folder / "paper.md", text)
     echo_lines(text)
     say(f"written: {folder / 'paper.md'}")

@@ -33,9 +33,9 @@ def scoreboard_command(
     """Answer every question of the scoreboard on this version.
 
     Each film or case is a row of DIR/rows.jsonl. Rows whose sources have not changed are kept, so a run goes on where
-    the last one stopped. With --hours, each part gets its share of the time. DIR/scoreboard.json has an answer to each
-    question; one of older sources has their version and its date. `make docs` writes the tables of README and
-    docs/accuracy.md from benchmarks/scoreboard/scoreboard.json.
+    the last one stopped. Parts take turns of some cases, so with --hours each has its share of the time. A case that
+    fails is named, and the others go on. DIR/scoreboard.json has an answer to each question; one of older sources has
+    its date. `make docs` writes the tables of README and docs/accuracy.md from the rows in benchmarks/scoreboard.
     """
     import json
     import tempfile
@@ -44,25 +44,28 @@ def scoreboard_command(
     from moireid.files import write_text
     from moireid_lab.bench.bench_rows import Where, chosen_names
     from moireid_lab.bench.part import Asked
-    from moireid_lab.bench.scoreboard import DOCUMENT, ROWS, document_of, newest, plan, run
+    from moireid_lab.bench.scoreboard import DOCUMENT, ROWS, document_of, newest_rows, plan, run, tidy
     from moireid_lab.evaluation.text_table import table_lines
 
     folder.mkdir(parents=True, exist_ok=True)
     asked, where = Asked(data=data), Where(scheduler, workers)
     every = plan(asked)
-    wanted = {f"{case.part} {case.name}": case for case in (plan(asked, short=True) if short else every)}
-    cases = [wanted[name] for name in chosen_names(list(wanted), only)]
+    wanted = plan(asked, short=True) if short else every
+    cases = {key: wanted[key] for key in chosen_names(list(wanted), only)}
     with progress_bar("cases") as progress, tempfile.TemporaryDirectory() as films:
         lost = run(cases, asked, folder / ROWS, Path(films), where=where, hours=hours, progress=progress)
-    document = document_of(every, newest(every, folder / ROWS))
+    tidy(every, folder / ROWS)
+    document = document_of(every, newest_rows(every, folder / ROWS)) | {"failed": lost}
     write_text(folder / DOCUMENT, json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
     say(f"written: {folder / DOCUMENT}")
     if as_json:
         show_json(document)
     else:
         echo_lines("\n".join(table_lines(document["questions"], COLUMNS)))
+    for case in lost:
+        say(f"failed: {case}")
     if lost:
-        raise MoireIdError(f"{len(lost)} cases gave no row, first {lost[0]}; run again, the others are kept")
+        raise MoireIdError(f"{len(lost)} cases gave no row; run again, the others are kept")
 
 
 COLUMNS = {"part": "<14", "question": "<10", "films": ">6", "right": ">6", "inconclusive": ">13", "wrong": ">6"}
