@@ -38,13 +38,6 @@ def test_importing_moireid_loads_nothing_else() -> None:
     assert set(loaded) <= {"__future__", "moireid", "moireid.lazy", "moireid.version"}
 
 
-@pytest.mark.parametrize("heavy", ["cv2", "sqlalchemy", "matplotlib", "build123d", "numba"])
-def test_a_name_loads_what_it_needs_alone(heavy: str) -> None:
-    """Catches: a badge or an error class that loads the verifier, the registry or a plotting library."""
-    code = "import sys, moireid as mo; mo.load_badge, mo.SpecError, mo.AsBuilt; print(*sys.modules)"
-    assert heavy not in run(code)
-
-
 def test_simulate_has_the_parameters_and_defaults_of_the_command() -> None:
     """Catches: a default that is another than that of `moireid simulate`; an option that is forgotten unnoticed."""
     parameters = dict(inspect.signature(mo.simulate).parameters)

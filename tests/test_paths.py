@@ -2,71 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from kit.places import FILMS
-from moireid.artwork.content import content_of
-from moireid.artwork.pictures import load_picture
 from moireid.badge import load_badge
-from moireid.calibration.camera_fit import camera_from_film
-from moireid.calibration.still import load_pictures
-from moireid.calibration.thickness import thickness_from_film
-from moireid.designer import Order, design_badge
-from moireid.errors import MoireIdError, SpecError
+from moireid.errors import SpecError
 from moireid.files import as_path
-from moireid.profiles import (
-    load_lens_profile,
-    load_printer_profile,
-)
 from moireid.simulate import Build, Camera, Scene, film, motion_named, truth_path
-from moireid.simulate.motion import from_csv
-from moireid.verifier import Film, Question, identify, verify, write_report
-from moireid.verifier.camera.known_camera import load_camera
-from moireid.verifier.session.capture import capture_as_built
+from moireid.verifier import Question, verify, write_report
 
 BADGE = load_badge(FILMS / "badge.json")
-ISSUED = design_badge(Order("Ada Lovelace", lens="50lpi"), bytes(range(8)))
-
-
-class NoPeople:
-    """A registry without anyone."""
-
-    def holds(self, badge_id: str) -> bool:
-        return False
-
-    def alike(self, parts: object) -> list[str]:
-        return []
-
-
-READERS: dict[str, Callable[[Any], object]] = {
-    "load_badge": load_badge,
-    "Film": Film,
-    "verify": lambda path: verify(path, Question(BADGE)),
-    "identify": lambda path: identify(path, [BADGE], NoPeople()),
-    "capture_as_built": lambda path: capture_as_built([path], ISSUED),
-    "load_camera": load_camera,
-    "load_pictures": load_pictures,
-    "camera_from_film": camera_from_film,
-    "thickness_from_film": lambda path: thickness_from_film(path, BADGE),
-    "content_of": content_of,
-    "load_picture": lambda path: load_picture(path, "logo"),
-    "load_lens_profile": load_lens_profile,
-    "load_printer_profile": load_printer_profile,
-    "from_csv": lambda path: from_csv(path, 1000.0),
-    "motion_named": lambda path: motion_named(path, distance_mm=1000.0, seed=0),
-}
-
-
-@pytest.mark.parametrize("kind", [str, Path])
-@pytest.mark.parametrize("name", READERS)
-def test_a_reader_takes_text_and_path_and_names_the_file(name: str, kind: type, tmp_path: Path) -> None:
-    """Catches: `'str' object has no attribute 'is_file'` in place of the sentence on a file that is absent."""
-    with pytest.raises(MoireIdError, match=r"absent\.csv"):
-        READERS[name](kind(tmp_path / "absent.csv"))
 
 
 def test_a_film_is_written_by_its_name(tmp_path: Path) -> None:

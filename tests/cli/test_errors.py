@@ -353,18 +353,6 @@ def test_a_badge_file_that_is_wrong_is_refused_by_every_command(
     assert words in refused("simulate", "wrong.json", "--out", "new.mp4", "--frames", "2")
 
 
-@pytest.mark.parametrize(
-    "content",
-    [b"", b"{", b"[]", b"\xff\xfe", b"[" * 100_000, b'{"format": ' + b"9" * 5000 + b"}"],
-    ids=["empty", "half", "list", "bytes", "deep", "digits"],
-)
-def test_a_file_that_is_no_badge_is_refused(refused: Callable[..., str], tmp_path: Path, content: bytes) -> None:
-    """Catches: JSON that brings Python to its limits."""
-    (tmp_path / "wrong.json").write_bytes(content)
-    assert "wrong.json" in refused("enroll", "wrong.json", "--registry", "sqlite:///new.sqlite3")
-    assert "wrong.json" in refused("simulate", "wrong.json", "--out", "new.mp4")
-
-
 def test_a_badge_that_could_never_be_verified_is_not_enrolled(
     refused: Callable[..., str], badge_file: Path, films: Path, ada: Badge, tmp_path: Path
 ) -> None:

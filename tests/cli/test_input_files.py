@@ -9,11 +9,9 @@ import sys
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner
 
 from kit.places import FILMS
 from moireid.badge import load_badge
-from moireid.cli.main import moireid
 from moireid.files import MOST_SMALL_BYTES, open_regular, read_regular
 
 BADGE = str(FILMS / "badge.json")
@@ -125,23 +123,6 @@ def test_a_small_file_is_read_whole_or_refused(tmp_path: Path) -> None:
     for path in (tmp_path, Path("/dev/null"), tmp_path / "none"):
         with pytest.raises(OSError, match=r"regular|directory|No such"):
             open_regular(path)
-
-
-def test_what_is_no_film_is_named(tmp_path: Path) -> None:
-    """Catches: "Is a directory" or the decoder's words for what a user hands in by mistake."""
-    (tmp_path / "pages").mkdir()
-    begins = {
-        "a.png": b"\x89PNG",
-        "a.jpg": b"\xff\xd8\xff",
-        "a.heic": b"\0\0\0\x18ftypheic",
-        "a.wav": b"RIFF\0\0\0\0WAVE",
-    }
-    for name, begin in begins.items():
-        (tmp_path / name).write_bytes(begin + bytes(100))
-    words = ("a folder", "a picture (PNG)", "a photo (JPEG)", "a photo (HEIF)", "sound (WAV)")
-    for name, what in zip(("pages", *begins), words, strict=True):
-        done = CliRunner().invoke(moireid, ["verify", str(tmp_path / name), "--badge", BADGE])
-        assert done.exit_code == 2 and f"{name} is {what}, and no film" in done.stderr, done.stderr
 
 
 def test_a_badge_in_any_unicode_is_read(tmp_path: Path) -> None:

@@ -18,6 +18,7 @@ import pytest
 from kit.guiding import Session, blocks_of
 from kit.places import ROOT
 from kit.releasing import tracked_files
+from moireid import __version__
 from moireid.cli.main import moireid
 from moireid.provenance import Exclusion
 from moireid.registry.rollback import CODES
@@ -108,16 +109,20 @@ def test_every_link_leads_to_a_file() -> None:
 
 def test_every_option_test_and_code_that_is_named_is_there() -> None:
     """Catches: in running text, an option that no program takes any more, a test that was renamed, a code that no film
-    gets any more."""
+    gets any more, a version or a tag that is none."""
     files = [ROOT / name for name in tracked_files() if name.endswith((".py", "run"))]
     source = "".join(file.read_text(encoding="utf-8") for file in files)
     # One of them is pip's.
     options, tests = {"--no-deps", *re.findall(r"--[a-z][\w-]+", source)}, set(re.findall(r"def (test_\w+)", source))
     # One of them is a shell's.
     words = {"zsh_source", *re.findall(r"\w+", source)}
+    tags = subprocess.run(["git", "tag"], cwd=ROOT, capture_output=True, text=True, check=True).stdout.split()
     gone = []
     for page in PAGES + READ_THERE:
-        every = re.findall(r"`([^`\n]+)`", page.read_text(encoding="utf-8"))
+        text = page.read_text(encoding="utf-8")
+        versions = re.findall(r"(?<![\w.])v?\d+\.\d+\.\d+(?![\d.])", text)
+        gone += [f"{page.name}: {one}" for one in versions if one not in (__version__, *tags)]
+        every = re.findall(r"`([^`\n]+)`", text)
         spans = " ".join(every)
         gone += [f"{page.name}: {one}" for one in re.findall(r"(?<![\w-])--[a-z][\w-]+", spans) if one not in options]
         named = re.findall(r"\btest_\w+\b(?!\.py|/)", spans)

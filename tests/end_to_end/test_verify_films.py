@@ -32,33 +32,6 @@ from moireid.simulate.scene import Build, Camera, Scene
 from moireid.verifier import Question, Report, verify
 from moireid.verifier.identity.compare_built import filmed_built
 
-CONTRACT: dict[str, set[str]] = {
-    "": {"verdict", "reasons", "invariant", "explanations", "identity", "frames", "timing", "left_out", "input"},
-    "invariant": {
-        "verdict",
-        "correlation",
-        "window_correlation_mean",
-        "gain_ratio",
-        "phase_residual_rad",
-        "excitation_rad",
-        "score",
-        "calibrated_log10",
-        "gratings",
-    },
-    "identity": {
-        "verdict",
-        "decoded_id",
-        "claimed_id",
-        "beat_period_mm",
-        "expected_beat_period_mm",
-        "symbol_errors_corrected",
-        "built",
-        "score",
-    },
-    "frames": {"read", "tracked"},
-    "timing": {"total_s", "stages"},
-    "input": {"sha256"},
-}
 #: 720p and 540p with the angle of view of 1450 px in 1080p: fewer pixels to make and to read.
 PHONE = Camera(width=1280, height=720, focal_px=967.0)
 SMALL = Camera(width=960, height=540, focal_px=725.0)
@@ -91,17 +64,6 @@ def explanation(document: dict[str, Any], name: str) -> dict[str, Any]:
     """The row of one explanation in the report's table."""
     (row,) = [one for one in document["explanations"] if one["name"] == name]
     return row
-
-
-def hold_contract(document: dict[str, Any]) -> None:
-    for part, keys in CONTRACT.items():
-        inside = document[part] if part else document
-        assert inside.keys() >= keys, (part, keys - inside.keys())
-    for reason in document["reasons"]:
-        assert reason.keys() == {"code", "level", "measured", "limit", "unit", "text"}
-        assert reason["level"] in ("pass", "fail", "undecided", "note") and reason["text"].endswith(".")
-    assert all(seconds >= 0 for seconds in document["timing"]["stages"].values())
-    assert document["timing"]["total_s"] >= 0.9 * sum(document["timing"]["stages"].values()) > 0
 
 
 def true_parallax(csv: Path, report: Report) -> np.ndarray:
@@ -144,7 +106,6 @@ def test_genuine_films_are_accepted_and_their_poses_true(films, prototype, name,
     # README: print scale 1.001.  In page units the lens pitch is then 0.508 / 1.001.
     built_beat = abs(1 / 0.52 - 1.001 / 0.508)
     assert report.identity.beat_period_mm == pytest.approx(1 / built_beat, rel=0.005)
-    hold_contract(strict(json.dumps(report.to_json(), allow_nan=False)))
 
 
 @pytest.mark.claim("Fringes that drift or run backwards are rejected, and those rivals fit far better than the law")
@@ -201,7 +162,6 @@ def test_a_path_traced_mask_obeys_the_law_and_is_inconclusive_for_its_single_swe
     assert document["invariant"]["gain_ratio"] == pytest.approx(1.0, abs=0.02)
     assert document["identity"]["beat_period_mm"] == pytest.approx(22.01, abs=0.05)
     assert document["input"]["width"] > 0 and len(document["input"]["sha256"]) == 64
-    hold_contract(document)
 
 
 def test_another_board_s_markers_are_no_badge(films, prototype, tmp_path):
@@ -242,7 +202,6 @@ def test_a_film_of_noise_is_inconclusive(films, tmp_path, rng):
         "damaged": 0,
     }
     assert [reason["code"] for reason in document["reasons"]] == ["badge_absent"]
-    hold_contract(document)
     # What is published does not say where the film was.
     document["input"]["path"] = "noise.mp4"
     assert strict((tmp_path / "report" / "report.json").read_text(encoding="utf-8")) == document
@@ -312,7 +271,6 @@ def test_the_claimed_badge_is_accepted(ada, grace, ada_film, tmp_path):
     # by 0.003 once the camera is known.
     assert document["invariant"]["gain_ratio"] == pytest.approx(1.0, abs=3 * document["invariant"]["gain_sd"])
     assert document["invariant"]["gain_sd"] < 0.12
-    hold_contract(document)
     camera = calibration_of(SMALL, tmp_path / "camera.yml")
     outcome = run("verify", ada_film, "--claim", "Ada Lovelace", "--registry", url, "--camera", camera, "--json")
     assert strict(outcome.stdout)["invariant"]["gain_ratio"] == pytest.approx(1.0, abs=0.015)
@@ -387,7 +345,6 @@ def test_an_enrolment_that_was_turned_against_its_holder_leaves_the_true_badge_a
     )
     (note,) = [one for one in document["reasons"] if one["code"] == "as_built_earlier"]
     assert f"on record since {since[:10]}" in note["text"]
-    hold_contract(document)
     with open_registry(url, create=False) as registry:
         registry.publish(tmp_path / "people.bundle", specimen_of, days=7)
     sealed = strict(
@@ -409,7 +366,6 @@ def test_identify_finds_who_is_enrolled(ada, grace, ada_film, tmp_path):
     document = strict(outcome.stdout)
     assert outcome.exit_code == 0
     assert (document["finding"], document["found_id"], document["found_name"]) == ("found", ada.id, "Ada Lovelace")
-    hold_contract(document)
 
 
 @pytest.mark.claim("identify names no one who is not enrolled")

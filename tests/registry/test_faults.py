@@ -40,9 +40,3 @@ def test_every_operation_survives_failing_file_calls(tmp_path: Path) -> None:
     """
     tried, covered = faulty(tmp_path, 4)
     assert tried >= 4 * len(OPERATIONS) and {(way, call) for way in KINDS for call in CALLS} <= covered
-
-
-@pytest.mark.slow
-def test_a_failing_file_call_leaves_before_or_after(tmp_path: Path) -> None:
-    """Catches: as above, of a checkpoint: its name on the disk before its bytes."""
-    assert faulty(tmp_path, 1, "checkpoint")[0] >= 20

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import sys
 from pathlib import Path
 
@@ -49,17 +48,6 @@ def test_streams_that_are_not_judged_are_not_decoded(tmp_path: Path) -> None:
     words, peak_mb = read_apart(streams_of(tmp_path / "a.mkv", video.MOST_PICTURE_STREAMS, (4096, 2304)))
     alone, alone_mb = read_apart(streams_of(tmp_path / "b.mkv", 1, (4096, 2304)))
     assert words == alone == "3 frames" and peak_mb < alone_mb + 30
-
-
-@linux
-def test_what_never_ends_is_no_film(tmp_path: Path) -> None:
-    """Catches: a wait for the writer of a pipe that took a film's place; a device read without an end."""
-    os.mkfifo(tmp_path / "pipe.mp4")
-    for path in (tmp_path / "pipe.mp4", Path("/dev/zero")):
-        with pytest.raises(OSError, match="regular"):
-            OpenedFile(path)
-        with pytest.raises(MediaError, match="no file"):
-            Film(path)
 
 
 def test_nothing_written_later_is_read(tmp_path: Path, films: Path) -> None:

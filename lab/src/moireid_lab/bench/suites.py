@@ -44,7 +44,6 @@ SUITES: dict[str, dict[str, str]] = {
     "identity": {"identity": "moireid_lab.bench.identity.identity_suite"},
     "cost": {
         "cost": "moireid_lab.bench.cost",
-        "verify": "verify_speed",
         "registry": "registry_scale",
         "simulate": "moireid_lab.bench.simulate.simulate_suite",
     },

@@ -38,8 +38,8 @@ from moireid.verifier.tracking.search_work import SOLVED_NS, STEP_NS
 Array = NDArray[np.float64]
 #: Steps in which the page must be found; as many more may settle it.
 MAX_STEPS = 12
-#: No marker in sight after so many steps: it is given up.  On the films of `moireid lab bench verify`, pages that are
-#: found show one within three.
+#: No marker in sight after so many steps: it is given up.  On simulated films pages that are found show one within
+#: three.
 HOPELESS_STEPS = 5
 #: Where some patches seem hidden: steps after which all must be seen, and in which they must settle.
 BENT_SEEN_STEPS, BENT_STEPS = 3, 8
