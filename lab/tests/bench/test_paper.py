@@ -15,7 +15,7 @@ from moireid.result_cache import kept_rows
 from moireid.verifier.tracking.patches import marker_corners_mm
 from moireid_lab.bench.paper import given_corners
 from moireid_lab.bench.paper_films import DISTANCES_M, every_film
-from moireid_lab.bench.paper_tables import GENERATED, REAL, rates, statistics
+from moireid_lab.bench.paper_tables import GENERATED, REAL, rates, roc_figure, statistics
 
 
 def test_the_sets_are_the_papers():
@@ -95,4 +95,5 @@ def test_rates_and_statistics_are_of_the_scored_films():
     assert lines["0.927"] == ("0.667", "0.250", f"{5 / 7:.3f}")
     ours, greatest = list(statistics(rows))[1:3]
     assert ours[1:] == greatest[1:] and greatest[1].endswith("(3)") and greatest[2].endswith("(4)")
-    assert greatest[5] == "0.917"
+    (axes,) = roc_figure(rows).axes
+    assert greatest[5] == "0.917" and axes.lines[1].get_label().endswith(": 0.917")

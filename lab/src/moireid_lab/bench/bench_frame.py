@@ -18,13 +18,14 @@ from typing import Any
 
 from moireid import __version__
 from moireid.errors import MoireIdError, SpecError
-from moireid.files import planned, whole_file, write_text
+from moireid.files import planned, write_text
 from moireid_lab.bench.bench_plots import plot_of
 from moireid_lab.bench.bench_rows import Where, chosen_names, make_rows
 from moireid_lab.bench.part import Asked, Part
 from moireid_lab.bench.part import Row as Row
 from moireid_lab.bench.scoreboard import OUTCOMES, counted, described
 from moireid_lab.bench.suites import module_of
+from moireid_lab.evaluation.plots import write_svg
 from moireid_lab.evaluation.text_table import Columns, table_lines
 
 
@@ -139,7 +140,5 @@ def write(folder: Path, name: str, bench: Bench, document: dict[str, Any], *, ov
     planned(paths, overwrite=overwrite)
     write_text(paths[0], json.dumps(document, indent=1) + "\n")
     for path in paths[1:]:
-        with whole_file(path) as temporary:
-            figure = plot_of(list(bench.table(document["rows"])), bench.plot)
-            figure.savefig(temporary, format="svg", metadata={"Date": None})
+        write_svg(plot_of(list(bench.table(document["rows"])), bench.plot), path)
     return paths

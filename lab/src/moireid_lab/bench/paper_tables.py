@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +18,8 @@ from moireid_lab.baseline.pipeline import THRESHOLD
 from moireid_lab.bench.bench_frame import grouped
 from moireid_lab.bench.part import Row
 from moireid_lab.bench.scoreboard import described
+from moireid_lab.evaluation.plots import curves
+from moireid_lab.evaluation.statistics import area, roc
 from moireid_lab.evaluation.summary import PAPER, separation
 
 Array = NDArray[np.float64]
@@ -35,6 +38,12 @@ PANELS = {
 }
 #: Thresholds of the published score at which rates are shown.
 THRESHOLDS = (0.5, 0.6, 0.7, 0.8, 0.9, THRESHOLD, 0.95, 0.98, 0.99, 0.995)
+#: Scores by which true films are told from false ones: where a row has them, and their colour.
+SCORES = {
+    "ours, log10 odds": ("score", "#1f6fb2"),
+    "published, greatest window": ("greatest", "#8a97a6"),
+    "published, window mean": ("mean", "#c2571a"),
+}
 #: Of the paper's films: true, false, Welch's t and p, Cohen's d, area under the curve, best threshold.
 STATED = (
     f"{PAPER['genuine']['mean']:.2f} ± {PAPER['genuine']['sd']:.2f}",
@@ -86,11 +95,7 @@ def rates(rows: Sequence[Row]) -> Iterator[Sequence[str]]:
 def statistics(rows: Sequence[Row]) -> Iterator[Sequence[str]]:
     """How the scores separate true films from false ones."""
     yield "score", "true", "false", "Welch", "Cohen's d", "area under the curve", "best threshold, accuracy"
-    for words, key in (
-        ("ours, log10 odds", "score"),
-        ("published, greatest window", "greatest"),
-        ("published, window mean", "mean"),
-    ):
+    for words, (key, _) in SCORES.items():
         true, false = (np.array(_scores(rows, name, key), float) for name in (REAL, GENERATED))
         if min(len(true), len(false)) > 1:
             test, both = ttest_ind(true, false, equal_var=False), separation(true, false, 0, means=True)
@@ -105,6 +110,18 @@ def statistics(rows: Sequence[Row]) -> Iterator[Sequence[str]]:
                 f"{best['threshold']:.3f}, {best['accuracy']:.3f}",
             )
     yield "the paper, on its own films (87, 92)", *STATED
+
+
+def roc_figure(rows: Sequence[Row]) -> Any:
+    """True films accepted against false ones, by score; films without a score are left out."""
+    lines = []
+    for words, (key, colour) in SCORES.items():
+        true, false = (np.array(_scores(rows, name, key), float) for name in (REAL, GENERATED))
+        if len(true) and len(false):
+            curve = roc(true, false)
+            lines.append((curve.false_accept, curve.true_accept, f"{words}: {area(curve):.3f}", colour))
+    across = f"false films accepted (simulated stand-ins for the paper's: {len(false)})"
+    return curves(lines, across, f"true films accepted ({len(true)})", "no films yet", aspect="equal")
 
 
 def causes(rows: Sequence[Row]) -> Iterator[Sequence[str]]:

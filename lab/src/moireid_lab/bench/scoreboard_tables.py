@@ -1,4 +1,5 @@
-"""The scoreboard's tables in README and docs/accuracy.md; `python -m moireid_lab.bench.scoreboard_tables` writes them.
+"""The scoreboard's tables in README and docs/accuracy.md; `python -m moireid_lab.bench.scoreboard_tables` writes them,
+and the paper's curves as a picture.
 
 A table is between `<!-- scoreboard: NAME -->` and `<!-- end -->`; NAME is `readme`, `all`, `parts`, `kinds` with a
 part's name, or `paper` with one of `paper_tables.TABLES`.
@@ -14,13 +15,15 @@ from typing import Any
 
 from moireid.files import write_text
 from moireid.result_cache import kept_rows
-from moireid_lab.bench.paper_tables import TABLES
+from moireid_lab.bench.paper_tables import TABLES, roc_figure
 from moireid_lab.bench.part import Asked, Row
 from moireid_lab.bench.scoreboard import OUTCOMES, ROWS, document_of, newest_rows, plan
 from moireid_lab.bench.sources import ROOT
+from moireid_lab.evaluation.plots import write_svg
 
 SCOREBOARD = ROOT / "benchmarks" / "scoreboard"
 PAGES = (ROOT / "README.md", ROOT / "docs" / "accuracy.md")
+ROC = ROOT / "docs" / "gallery" / "roc.svg"
 #: What README shows: parts and questions.
 README = (
     ("outside", "genuine"),
@@ -128,3 +131,4 @@ def written(page: Path) -> str:
 if __name__ == "__main__":
     for each in PAGES:
         write_text(each, written(each))
+    write_svg(roc_figure(_paper_rows(SCOREBOARD / ROWS)), ROC)

@@ -23,15 +23,16 @@ SHOWN = {"moireid": (-30.0, 60.0), "published": (-0.05, 1.0)}
 
 def write_plots(document: Document, folder: Path) -> list[Path]:
     """Write a file for each of `PLOTS`, whole or not at all."""
+    return [write_svg(plot(document), folder / f"{name}.svg") for name, plot in PLOTS.items()]
+
+
+def write_svg(figure: Any, path: Path) -> Path:
+    """Write a figure, whole or not at all; the same bytes each time."""
     from matplotlib import rc_context
 
-    paths = []
-    for name, plot in PLOTS.items():
-        path = folder / f"{name}.svg"
-        with rc_context({"svg.hashsalt": "moireid"}), whole_file(path) as temporary:
-            plot(document).savefig(temporary, format="svg", metadata={"Date": None})
-        paths.append(path)
-    return paths
+    with rc_context({"svg.hashsalt": "moireid"}), whole_file(path) as temporary:
+        figure.savefig(temporary, format="svg", metadata={"Date": None})
+    return path
 
 
 def figure_of(width: float, height: float) -> Any:
@@ -70,8 +71,8 @@ def _scores(document: Document) -> Any:
     return figure
 
 
-def _curves(document: Document, lines: Iterable[Line], across: str, up: str, **axes_how: Any) -> Any:
-    """Lines with their names, or why there are none."""
+def curves(lines: Iterable[Line], across: str, up: str, none: str = "", **axes_how: Any) -> Any:
+    """Lines with their names, or the words for none."""
     figure = figure_of(4.8, 4.8)
     axes = figure.add_subplot()
     for x, y, label, colour in lines:
@@ -81,8 +82,7 @@ def _curves(document: Document, lines: Iterable[Line], across: str, up: str, **a
     if axes.get_legend_handles_labels()[0]:
         axes.legend(frameon=False, fontsize=9, ncols=2, loc="lower left", bbox_to_anchor=(0, 1))
     else:
-        kind = "genuine" if document["genuine"] else "forged"
-        axes.text(0.5, 0.5, f"all films are {kind}", ha="center", transform=axes.transAxes, color=INK)
+        axes.text(0.5, 0.5, none, ha="center", transform=axes.transAxes, color=INK)
     return figure
 
 
@@ -97,7 +97,7 @@ def _roc(document: Document) -> Any:
         (one["roc"]["false_accept"], one["roc"]["true_accept"], f"{name}: AUC {one['auc']:.3f}", COLOURS[name])
         for name, one in _rocs(document, "all_films")
     ]
-    return _curves(document, lines, "forged films accepted", "genuine films accepted", aspect="equal")
+    return curves(lines, "forged films accepted", "genuine films accepted", _one_kind(document), aspect="equal")
 
 
 def _tippett(document: Document) -> Any:
@@ -108,7 +108,11 @@ def _tippett(document: Document) -> Any:
             at, shares = _steps(one, key, *SHOWN[name])
             lines.append(([calibrated_log10(score) for score in at], shares, f"{kind} films", COLOURS[kind]))
     up = "share of films with these odds or more"
-    return _curves(document, lines, "decadic logarithm of the calibrated odds", up)
+    return curves(lines, "decadic logarithm of the calibrated odds", up, _one_kind(document))
+
+
+def _one_kind(document: Document) -> str:
+    return f"all films are {'genuine' if document['genuine'] else 'forged'}"
 
 
 def _steps(found: Document, key: str, least: float, most: float) -> tuple[Any, Any]:
