@@ -94,7 +94,7 @@ def verify(video: AnyPath, question: Question, *, progress: Progress | None = No
     if any(chapter.claimed for chapter in chapters):
         reasons += (claimed_finding(),)
     cover = verifier.cover
-    tracked, passed = (sum(getattr(chapter, name) for chapter in chapters) for name in ("tracked", "passed"))
+    tracked = sum(chapter.tracked for chapter in chapters)
     if tracked:
         reasons += (*cover_findings(cover, question.cover_share), *verifier.long_unsearched)
     if film.tracks.judged:
@@ -117,12 +117,12 @@ def verify(video: AnyPath, question: Question, *, progress: Progress | None = No
         film.described(),
         {
             "read": read + film.damage.lost,
-            "tracked": tracked + passed,
+            "tracked": tracked,
             "unsearched": verifier.unsearched,
             "damaged": film.damage.damaged,
         },
         timing,
-        _left_out(question.badge, film, shown.measurement, verifier.unsearched, passed),
+        _left_out(question.badge, film, shown.measurement, verifier.unsearched),
         shown.track or no_track(question.badge, read, (film.width, film.height)),
         shown.measurement,
         segments=tuple(segment for chapter in chapters for segment in chapter.segments),
@@ -171,9 +171,7 @@ def _read(film: Film, question: Question, progress: Progress | None) -> _Decoded
     return verifier, watch, chapters, read, stages
 
 
-def _left_out(
-    badge: Badge, film: Film, measurement: Measurement | None, unsearched: int, passed: int
-) -> tuple[str, ...]:
+def _left_out(badge: Badge, film: Film, measurement: Measurement | None, unsearched: int) -> tuple[str, ...]:
     """Steps that this film and badge did not need, or that would cost more than decoding allows."""
     parts = ["colour", "the picture away from the badge once it is found"]
     if film.reduced_by > 1:
@@ -186,8 +184,6 @@ def _left_out(
             f"the whole picture in {unsearched} frames without the badge, or one of several, as looking may cost a "
             "share of decoding"
         )
-    if passed:
-        parts.append(f"{passed} frames that show the calm badge as their neighbours do, of more than 30 a second")
     if measurement and measurement.camera.focal_given:
         parts.append("solving for the focal length")
     if len({grating.axis for grating in badge.gratings}) == 1:

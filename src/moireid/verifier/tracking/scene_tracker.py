@@ -104,9 +104,6 @@ class SceneTracker:
         for tracker in self.trackers:
             # Places of the last frame must not count as occupied in this one.
             tracker.place = None
-        if len(self.trackers) == 1 and frame.time_s < self._glance_s and self.trackers[0].passes(frame, luma):
-            self._looked_s = frame.time_s
-            return True
         for tracker in self.trackers:
             tracker.follow(frame, luma, self._places())
         for tracker in self._lost():
