@@ -145,10 +145,8 @@ def _read(film: Film, question: Question, progress: Progress | None) -> _Decoded
     read, stages = 0, {"decode": 0.0} | ({"face": 0.0} if watch else {})
     # A thread judges the chapters, unless the process may use only one; none is started before it is needed.
     with ThreadPoolExecutor(1, "chapters") as thread:
-        executor = None if one_thread() else thread
-        verifier = Verifier(
-            question, running=False, chapter_executor=executor, reduced_by=film.reduced_by, marks=film.damage.marks
-        )
+        aside = None if one_thread() else thread
+        verifier = Verifier(question, running=False, aside=aside, reduced_by=film.reduced_by, marks=film.damage.marks)
         clock = time.perf_counter()
         # Decoding runs in parallel, so this counts only the time that the loop waits for a frame.
         for frame in film.frames_ahead():

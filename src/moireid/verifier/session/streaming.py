@@ -33,7 +33,6 @@ from moireid.verifier.session.badge_session import (
 )
 from moireid.verifier.session.chapters import CHAPTER_FRAMES, OVERLAP_FRAMES, Chapter, judge_chapter
 from moireid.verifier.session.cover import Cover, cover_of
-from moireid.verifier.session.threads import BackgroundExecutor
 from moireid.verifier.timeline import FilmTime, restart_findings
 from moireid.verifier.tracking.badge_tracker import BadgeTracker
 from moireid.verifier.tracking.scene_tracker import SceneTracker
@@ -88,7 +87,6 @@ class Verifier:
         *,
         running: bool = True,
         aside: Executor | None = None,
-        chapter_executor: Executor | None = None,
         reduced_by: int = 1,
         marks: Sequence[int] = b"",
     ) -> None:
@@ -101,11 +99,8 @@ class Verifier:
         running : bool
             Make running verdicts; they are not needed for a film that is judged at its end.
         aside : Executor, optional
-            Makes the running verdicts while `push` goes on, so that a camera's frames need not wait half a second.
-            One at a time is made, and a later `push` returns it.  Meanwhile the interpreter switches threads sooner,
-            so that `push` does not wait (`threads`).
-        chapter_executor : Executor, optional
-            Judges the chapters of a long film while `push` goes on; the results are the same.  None: use `aside`.
+            Judges while `push` goes on, so that a camera's frames need not wait half a second (`threads`): chapters,
+            with the same results, and running verdicts, one at a time, which a later `push` returns.
         reduced_by : int
             Width of one pixel of the pushed frames in pixels of the film, as `Film.reduced_by`; a known focal
             length and the places in findings are in pixels of the film.
@@ -117,7 +112,7 @@ class Verifier:
         SpecError
             If the badge cannot be read at all.
         """
-        self._aside = aside = BackgroundExecutor(aside) if aside is not None else None
+        self._aside = aside
         self._pending: Future[Running] | None = None
         self._begun = 0.0
         if question.camera is not None:
@@ -128,7 +123,6 @@ class Verifier:
         #: Time of the last frame, on a clock that never goes back.
         self.now_s = 0.0
         self._view = SceneTracker(question.badge)
-        self._chapter_executor = chapter_executor if chapter_executor is not None else aside
         self._marks = marks
         self._lines = [self._new_line(self._view.trackers[0])]
         #: Lost badges: their number, the identities that were read on them, those that were rejected, and of all of
@@ -294,7 +288,7 @@ class Verifier:
             self._lines.append(self._new_line(tracker))
 
     def _new_line(self, tracker: BadgeTracker) -> ChapterTracker:
-        return ChapterTracker(self._question, tracker, executor=self._chapter_executor, marks=self._marks)
+        return ChapterTracker(self._question, tracker, executor=self._aside, marks=self._marks)
 
     def _looks(self) -> list[tuple[ChapterTracker, Track]]:
         """The last frames of the badges that are in view now."""
