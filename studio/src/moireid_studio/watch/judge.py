@@ -209,4 +209,4 @@ class Watching:
         if self._before:
             left_out.append(f"{self._before} pictures of another size, which came before")
         ended = {"why": end.why, "text": end.words}
-        self._voice.send(self._of_all(event) | {"input": film | {"reduced_by": 1}, "left_out": left_out, "end": ended})
+        self._voice.send(self._of_all(event) | {"input": film, "left_out": left_out, "end": ended})
