@@ -4,7 +4,6 @@ finding/                pages found in a picture
 patches.py              what is printed to find a page by
 print_template.py       the patches as a picture shows them
 registration.py         the page aligned to its print
-page_motion.py          how far a page moves, and whether it reaches out of the picture
 borders.py              the gratings' borders, where only two markers are seen
 patch_search.py         the patches sought around an expected place
 smeared_frames.py       frames that motion smeared
