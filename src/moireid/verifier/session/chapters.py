@@ -294,9 +294,8 @@ def _compared_built(
     if question.as_built is None or identity.verdict != "match" or gain is None:
         return None
     expected = sheet_of(question).expected
-    filmed = filmed_built(track, measurement, expected * gain[0], expected * gain[1])
-    apart = {"apart_rad": filmed.apart_rad, "apart_sd": filmed.apart_sd}
-    return compare_built(filmed.as_built, question.as_built, track.badge, **apart)
+    filmed, moved = filmed_built(track, measurement, expected * gain[0], expected * gain[1])
+    return compare_built(filmed, question.as_built, track.badge, moved)
 
 
 def _judge_built(

@@ -9,7 +9,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import NamedTuple, TypeVar
+from typing import TypeVar
 
 import cv2
 import numpy as np
@@ -37,15 +37,6 @@ SNAPSHOT_PX_PER_MM = 3.0
 #: A lost badge of less contrast is searched as faded print is: a usual search needs 10 counts between black and white,
 #: and light may change by half.
 FAINT_BELOW_COUNTS = 20.0
-
-
-class MeasuredFrame(NamedTuple):
-    """What is kept of a frame: its number, its time, s, the page, and the profiles of the uniform rows, (S, N)."""
-
-    number: int
-    time_s: float
-    registration: Registration
-    rows: NDArray[np.float32]
 
 
 class BadgeTracker:
@@ -80,7 +71,7 @@ class BadgeTracker:
         #: Size and duration of view: its scale squared, summed over all frames that show it, (px / mm)^2.
         self.shown = 0.0
         self.frames_read = 0
-        self._measured: list[MeasuredFrame] = []
+        self._measured: list[FrameSighting] = []
         self._cells = EvenSample()
         #: Sum of the page's edges.
         self._edge_sum = np.zeros((2, ACROSS))
@@ -206,9 +197,10 @@ class BadgeTracker:
             return False
         self.place, self.faint = registration.homography, registration.contrast < FAINT_BELOW_COUNTS
         seen = rows if rows is not None else self._reader.read(luma, registration.homography)
-        self.ends.follow(FrameSighting(frame.index, frame.time_s, registration.homography))
+        sighting = FrameSighting(frame.index, frame.time_s, registration, seen[self._uniform])
+        self.ends.follow(sighting)
         self.shown += scale_px_per_mm(registration.homography, self._middle) ** 2
-        self._measured.append(MeasuredFrame(frame.index, frame.time_s, registration, seen[self._uniform]))
+        self._measured.append(sighting)
         self._cells.offer(seen[~self._uniform])
         if self.tracked % EVERY_FRAMES == 0:
             self._edge_sum += self._reader.edges.read(luma, registration.homography)
@@ -243,9 +235,9 @@ class BadgeTracker:
         return Track(
             badge=self._badge,
             frames_read=self.frames_read,
-            frame_numbers=np.array([one.number for one in seen], np.int64),
+            frame_numbers=np.array([one.frame for one in seen], np.int64),
             times_s=np.array([one.time_s for one in seen], float),
-            homographies=np.array([one.registration.homography for one in seen], float).reshape(-1, 3, 3),
+            homographies=np.array([one.page for one in seen], float).reshape(-1, 3, 3),
             correlations=np.array([one.registration.correlation for one in seen], float),
             profiles=_by_strip(self._uniform, [one.rows for one in seen], cells, self._reader.samples),
             cell_frames=places[kept] - first,

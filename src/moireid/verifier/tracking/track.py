@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from moireid.badge import Badge
 from moireid.verifier.kernel.page import expected_page
 from moireid.verifier.tracking.brightness_profiles import Strip
+from moireid.verifier.tracking.registration import Registration
 
 Array = NDArray[np.float64]
 
@@ -87,11 +88,17 @@ def no_track(badge: Badge, frames_read: int, image_px: tuple[int, int]) -> Track
 
 @dataclass(frozen=True)
 class FrameSighting:
-    """A frame that shows the badge: its number, its time, and the page's homography."""
+    """A frame that shows the badge: its number, its time, the page, and the profiles of the uniform rows, (S, N)."""
 
     frame: int
     time_s: float
-    page: Array
+    registration: Registration
+    rows: NDArray[np.float32]
+
+    @property
+    def page(self) -> Array:
+        """The page's homography."""
+        return self.registration.homography
 
 
 @dataclass
