@@ -56,10 +56,6 @@ class KnownCamera:
         """The focal length in pictures of this long side, px."""
         return self.focal * long_side_px if self.calibrated else self.focal
 
-    def reduced(self, by: int) -> KnownCamera:
-        """The same for a film whose pictures are read reduced."""
-        return self if self.calibrated else replace(self, focal=self.focal / by)
-
     def check_size(self, size_px: tuple[int, int]) -> None:
         """Raise SpecError where a film of another shape shows another part of the picture."""
         if self.size_px is None:

@@ -138,8 +138,6 @@ def test_a_malformed_report_ends_in_a_sentence(
         {"files": {"law.svg": "no base64"}},
         {"files": {"../../page.html": ""}},
         {"files": [1]},
-        {"plots": ["a plot without a picture"]},
-        {"plots": [1]},
         {"frame_s": "x"},
         {"signals": 3},
     ],

@@ -27,7 +27,7 @@ from moireid.sandbox.process import Child, ForkServer, ProcessEnd, start
 from moireid.sandbox.seal import ProcessLimits
 
 WORK = "moireid.reading.film_work:read"
-#: Memory that a film may take, and four times the film's size; with 900 MiB a short one of 8K passes, of 700 MB.  Large
+#: Memory that a film may take, and four times the film's size; with 900 MiB a short one of 4K passes.  Large
 #: pictures come in large files, so a small file cannot ask for much.
 MEMORY_BYTES, MEMORY_TIMES, MOST_MEMORY_BYTES = 900 << 20, 4, 4 << 30
 #: Memory that libraries reserve for each processor, as stacks of threads; little of it is used.

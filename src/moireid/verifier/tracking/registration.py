@@ -32,7 +32,6 @@ from moireid.verifier.kernel.page import (
 from moireid.verifier.picture import Picture, as_picture
 from moireid.verifier.tracking.borders import Borders
 from moireid.verifier.tracking.print_template import Template, TemplatePrinter, printer_of
-from moireid.verifier.tracking.sampling import determinant, inverse
 from moireid.verifier.tracking.search_work import SOLVED_NS, STEP_NS
 
 Array = NDArray[np.float64]
@@ -301,10 +300,10 @@ def _ratios(found: Array, least: Array) -> tuple[float, float]:
 def _stepped(warp: Array, step: Array) -> Array | None:
     """The warp after a step of its eight parameters, h33 = 1; None if the step folds the page."""
     a, b, c, d, e, f, g, h = step.tolist()
-    back = inverse(np.array(((1 + a, b, c), (d, 1 + e, f), (g, h, 1))))
-    if back is None:
+    stepped = np.array(((1 + a, b, c), (d, 1 + e, f), (g, h, 1)))
+    if not np.linalg.det(stepped):
         return None
-    moved = warp @ back
+    moved = warp @ np.linalg.inv(stepped)
     return np.asarray(moved / moved[2, 2])
 
 
@@ -312,7 +311,7 @@ def scale_px_per_mm(homography: Array, place_mm: Array) -> float:
     """Pixels per millimetre around a place of the page: the square root of the area scale."""
     (x, y), (g, h, i) = place_mm.tolist(), homography[2].tolist()
     # The Jacobian determinant of a homography is det(H) / w^3.
-    return math.sqrt(abs(determinant(homography) / (g * x + h * y + i) ** 3))
+    return math.sqrt(abs(float(np.linalg.det(homography)) / (g * x + h * y + i) ** 3))
 
 
 def scales_px_per_mm(homography: Array, place_mm: Array) -> tuple[float, float, float]:
