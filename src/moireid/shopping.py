@@ -60,7 +60,7 @@ def list_for(
         One of them.
     people : int
         How many.
-    mount : {"lanyard", "clip", "stand", "holder", "acrylic", "none"}, optional
+    mount : {"lanyard", "clip", "stand", "acrylic", "none"}, optional
         What holds the badges, printed but for acrylic; None for none where holders of that size are sold, else the
         lanyard's.
     spare_share : float

@@ -98,7 +98,7 @@ def print_badge(
         The badge, or its badge.json.
     folder : str or Path
         Made where it is absent.
-    mount : {"lanyard", "clip", "stand", "holder", "none"}, optional
+    mount : {"lanyard", "clip", "stand", "none"}, optional
         What holds the badge; None for a lanyard, or what fits the badge's format instead.
     mount_mm : mapping of str to float, optional
         Other dimensions of the mount, mm, by name, such as {"card_mm": 0.5}.

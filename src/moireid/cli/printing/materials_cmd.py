@@ -47,7 +47,7 @@ WIDE = 100
 @click.option("--lens", envvar="MOIREID_LENS", metavar="LABEL|FILE", help="Another lens sheet than the format's.")
 @click.option(
     "--mount",
-    type=click.Choice(["lanyard", "clip", "stand", "holder", "acrylic", "none"]),
+    type=click.Choice(["lanyard", "clip", "stand", "acrylic", "none"]),
     show_default="none where holders of that size are sold, else lanyard",
     help="What holds the badges: a printed mount, one cut from acrylic, or with none, a holder that is bought.",
 )

@@ -157,10 +157,9 @@ OPTIONS = [
     form_option,
     click.option(
         "--mount",
-        type=click.Choice(["lanyard", "clip", "stand", "holder", "none"]),
+        type=click.Choice(["lanyard", "clip", "stand", "none"]),
         show_default="lanyard; with --people none",
-        help="What holds the badge; it comes as parts to 3D-print and as an acrylic stack to laser-cut. Into a "
-        "holder a finished badge is pressed.",
+        help="What holds the badge; it comes as parts to 3D-print and as an acrylic stack to laser-cut.",
     ),
     click.option(
         "--mount-figure",

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     TemplateName = str
 else:
     LensLabel, FormatName, TemplateName = Literal[tuple(PRODUCTS)], Literal[tuple(FORMATS)], Literal[TEMPLATES]
-Mount = Literal["lanyard", "clip", "stand", "holder", "none"]
+Mount = Literal["lanyard", "clip", "stand", "none"]
 #: As the answer to the pictures says.
 PictureId = Annotated[str, Field(pattern="^[0-9a-f]{32}$", description="As `POST /api/badges/pictures` gave it.")]
 Millimetres = Annotated[float, Field(gt=0, le=1000, allow_inf_nan=False)]
