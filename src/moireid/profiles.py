@@ -221,6 +221,6 @@ def load_printer_profile(name: AnyPath) -> PrinterProfile:
         kept = sorted(one.stem for one in path.parent.glob("*.json"))
         raise SpecError(
             f"no printer is kept as {str(name)!r}{nearest(str(name), kept)}; kept: {', '.join(kept) or 'none yet'}; "
-            "first-badge --printer NAME keeps one that it measures, and so does calibrate --printer-out NAME"
+            "first-badge and calibrate measure a printer, and keep it by a name"
         )
     return _read_profile(path, f"printer profile {path}", PrinterProfile)

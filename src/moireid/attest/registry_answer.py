@@ -89,7 +89,7 @@ def _record_faults(report: dict[str, Any], holder: BadgeHolder, authority: Autho
     if asked is None:
         words = (
             "No registry was asked when the film was judged, so the badge was what a file said; judge the film again "
-            "with --claim and --registry or --bundle."
+            "by a claim, with a registry or its bundle."
         )
         faults.append(Broken("registry", words))
     elif asked["fingerprint"] != authority.fingerprint:

@@ -96,14 +96,14 @@ def _pitch(found: SheetReading) -> Figure:
         f"{MM_PER_INCH / profile.lens.pitch_mm:.3f} lenses to the inch, from {profile.found['bands_used']} of "
         f"{profile.found['bands']} bands; the camera's distance is from {found.distance_from}."
     )
-    advice = "" if good else "Give the camera's distance by a tape measure (--distance), or its --focal-px."
+    advice = "" if good else "Give the camera's distance by a tape measure, or its focal length."
     return Figure("Sheet pitch", profile.lens.pitch_mm, profile.pitch_sd_mm, unit, good_or(good), words, advice)
 
 
 def _thickness(found: Thickness, how: str, label_mm: float) -> Figure:
     if found.mm is None:
         words = f"Not measured: {found.why} The label's {label_mm:.2f} mm is used."
-        advice = "Measure the sheet with a calliper (--thickness), or film the pitch test moved sideways (sheet-film)."
+        advice = "Measure the sheet with a calliper, and give its thickness; or film the pitch test moved sideways."
         return unknown("Sheet thickness", "mm", words, advice)
     return Figure("Sheet thickness", found.mm, found.sd_mm, "mm", "good", how)
 
@@ -121,7 +121,7 @@ def _ink(found: SheetReading) -> Figure:
 def _scale(scales: tuple[float, float] | None) -> Figure:
     if scales is None:
         words = "Not measured. Pitches are in mm of the printed page, which is right for this printer at this scale."
-        advice = "For true mm, measure both scale bars with a ruler and give --measured-scale."
+        advice = "For true mm, measure both scale bars with a ruler, and give the measured scale."
         return unknown("Print scale", "x", words, advice)
     words = f"By a ruler: {scales[0]:.4f} across, {scales[1]:.4f} down. The badge is drawn at the inverse."
     return Figure("Print scale", scales[0], RULER_SD_SHARE, "x", "good", words)

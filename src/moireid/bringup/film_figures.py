@@ -77,7 +77,7 @@ def _air(found: AsBuilt, badge: Badge, thickness: Figure | None) -> Figure:
             f"Motion as if by {air_mm:+.3f} mm of air; so does a sheet of another thickness, and its thickness was not "
             "measured."
         )
-        return unknown("Air under the sheet", "mm", words, "Measure the sheet with a calliper, and give --thickness.")
+        return unknown("Air under the sheet", "mm", words, "Measure the sheet with a calliper, and give its thickness.")
     # A sheet that is thicker by its error moves fringes as much more.
     sd_mm = math.hypot(sd_mm, thickness.sd / lens.thickness_mm * per_gain_mm)
     good = air_mm - 2 * sd_mm < GOOD_AIR_MM

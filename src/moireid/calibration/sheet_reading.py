@@ -22,7 +22,7 @@ from moireid.verifier.video import Progress
 
 #: Standard deviation of the camera's distance as a share, by where it comes from: a tape measure, a focal length that
 #: was calibrated, one that the camera noted (rounded, and cropped by stabilisation), and that of a usual phone.
-DISTANCE_SD = {"--distance": 0.03, "--focal-px": 0.02, "the camera's note": 0.06, "a usual phone": 0.35}
+DISTANCE_SD = {"a tape measure": 0.03, "the focal length": 0.02, "the camera's note": 0.06, "a usual phone": 0.35}
 
 
 @dataclass(frozen=True)
@@ -82,7 +82,7 @@ def read_sheet(
     check_chart(chart)
     path = as_path(path)
     pictures, noted_px = load_pictures(path)
-    known = {"--distance": distance_m, "--focal-px": focal_px, "the camera's note": noted_px}
+    known = {"a tape measure": distance_m, "the focal length": focal_px, "the camera's note": noted_px}
     source = next((name for name, value in known.items() if value), "a usual phone")
     focal = focal_px or noted_px or FOCAL_PRIOR_RATIO * max(pictures[0].shape)
     seen = _views(pictures, chart, focal, 1000 * distance_m if distance_m else None)

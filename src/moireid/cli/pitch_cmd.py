@@ -134,6 +134,7 @@ def pitch_test_command(
 )
 @click.option(
     "--distance",
+    "distance_m",
     type=FiniteRange(0.1, 100),
     metavar="M",
     help="Distance from camera to the sheet, in metres, if known.",
@@ -158,7 +159,7 @@ def calibrate_command(
     paper: str,
     out: Path,
     printer_out: str | None,
-    distance: float | None,
+    distance_m: float | None,
     focal_px: float | None,
     scale_text: str | None,
     unsealed: bool,
@@ -186,7 +187,7 @@ def calibrate_command(
         given: dict[str, object] = {
             "--chart": chart_json,
             "--printer-out": printer_out,
-            "--distance": distance,
+            "--distance": distance_m,
         }
         given |= {"--focal-px": focal_px, "--measured-scale": scale_text}
         if wrong := [option for option, value in given.items() if value is not None]:
@@ -210,7 +211,7 @@ def calibrate_command(
     planned(outs, overwrite=overwrite, make_folders=False, kept=[chart_json, photo])
     scales = parse_scale(scale_text) if scale_text else None
     chart = load_badge(chart_json)
-    order = SheetOrder(photo, chart, distance, focal_px, scales and scales[0])
+    order = SheetOrder(photo, chart, distance_m, focal_px, scales and scales[0])
     with sealed_reader([photo], unsealed=unsealed) as reader, progress_bar("reading the pitch test") as progress:
         found = film_read(order, SheetReading, reader, progress)
     _say_notes(found)

@@ -193,9 +193,9 @@ def _larger(order: Order, payload_bytes: int, error: DesignError) -> str:
     if boards := [board for wish in wishes if (board := _least_board(wish, payload_bytes))]:
         # Of those alike, `min` takes the first: the order's own sheet, and then the finest and thinnest.
         board = min(boards, key=lambda board: max(papers.index(board.paper), papers.index("a3")))
-        paper = f" --paper {board.paper}" if board.paper != order.paper else ""
-        lens = f" --lens {board.lens}" if board.lens != order.lens else ""
-        return ", or give --size {:g}x{:g}".format(*board.size_mm or ()) + paper + lens
+        paper = f" paper={board.paper}" if board.paper != order.paper else ""
+        lens = f" lens={board.lens}" if board.lens != order.lens else ""
+        return ", or give size_mm={:g}x{:g}".format(*board.size_mm or ()) + paper + lens
     longer = order.range_m[1] / float(str(error.details["far_m"]))
     if not 1 < longer <= LONGEST:
         return ""

@@ -47,6 +47,8 @@ SUMMARY, SHEETS = "summary.csv", "badges.pdf"
 #: Of all people, without the mount's.
 OWN_FILES = (SHEETS, ASSEMBLY, SUMMARY, LOOKS)
 _MOST_LETTERS = 40
+#: Latin letters that Unicode does not take apart into one of a to z and a mark.
+_LATIN = str.maketrans({"þ": "th", "ð": "d", "đ": "d", "ł": "l", "ø": "o", "æ": "ae", "œ": "oe", "ß": "ss", "ħ": "h"})
 #: Starting another process takes as long as some badges.
 LEAST_SHARED = 12
 
@@ -169,7 +171,7 @@ def print_event(
     with made_aside(folder, files, stale, spared, overwrite=overwrite, kept=kept, before_moving=before_moving) as aside:
         # The mount is the same for all, and so is how it is built.
         solids = shape_parts(badges[0], parts)
-        work = partial(_write_person, measured_scale=measured_scale)
+        work = partial(_write_person, hooks_mm=parts.hooks_mm, measured_scale=measured_scale)
         with _shared(work, badges, [aside / name for name in names], processes) as people_made:
             mass_g, mount_figures = write_parts(badges[0], parts, aside, lambda file: None, solids)
             build = BuildPlan(
@@ -201,9 +203,9 @@ def _folders(badges: Sequence[Badge]) -> list[str]:
     return [folder_name(number, badge, digits) for number, badge in enumerate(badges, start=1)]
 
 
-def _write_person(badge: Badge, folder: Path, measured_scale: tuple[float, float]) -> None:
+def _write_person(badge: Badge, folder: Path, hooks_mm: Sequence[float], measured_scale: tuple[float, float]) -> None:
     folder.mkdir()
-    write_sheets(badge, folder, measured_scale=measured_scale, say=lambda file: None)
+    write_sheets(badge, folder, hooks_mm, measured_scale=measured_scale, say=lambda file: None)
 
 
 @contextmanager
@@ -239,7 +241,7 @@ def _shared(
 
 def folder_name(number: int, badge: Badge, digits: int = 3) -> str:
     """A folder's name that sorts as the list does and that every file system takes: 007-ada-lovelace."""
-    plain = unicodedata.normalize("NFKD", badge.name).encode("ascii", "ignore").decode().lower()
+    plain = unicodedata.normalize("NFKD", badge.name.lower().translate(_LATIN)).encode("ascii", "ignore").decode()
     letters = re.sub(r"[^a-z0-9]+", "-", plain).strip("-")[:_MOST_LETTERS].strip("-")
     return f"{number:0{digits}d}-{letters or badge.id}"
 

@@ -148,7 +148,7 @@ def print_badge(
     # badge.json goes last, so that where it exists all other files exist too.
     with made_aside(folder, names, stale, spared, overwrite=overwrite, kept=kept, before_moving=before_moving) as aside:
         solids = shape_parts(badge, parts)
-        picture = write_sheets(badge, aside, measured_scale=measured_scale, say=say)
+        picture = write_sheets(badge, aside, parts.hooks_mm, measured_scale=measured_scale, say=say)
         say(ASSEMBLY)
         build = BuildPlan(badge, parts.printed, parts.acrylic, parts.figures, maker, parts.mount_plan)
         write_assembly_pdf(build, aside / ASSEMBLY, solids.drawn)
@@ -203,15 +203,20 @@ def made_aside(
 
 
 def write_sheets(
-    badge: Badge, folder: Path, *, measured_scale: tuple[float, float], say: Callable[[str], None]
+    badge: Badge,
+    folder: Path,
+    hooks_mm: Sequence[float],
+    *,
+    measured_scale: tuple[float, float],
+    say: Callable[[str], None],
 ) -> Image.Image:
-    """Write a badge's page, previews and badge.json.  Returns: the board as it was drawn."""
+    """Write a badge's page, previews and badge.json; hooks_mm: of its mount.  Returns: the board as it was drawn."""
     say("badge.pdf")
     write_badge_pdf(badge, folder / "badge.pdf", measured_scale=measured_scale)
     say("preview.png")
     preview = write_preview(badge, folder / "preview.png")
     say(MOVING)
-    write_worn(badge, folder / MOVING, preview)
+    write_worn(badge, folder / MOVING, preview, hooks_mm)
     write_text(folder / BADGE_JSON, badge_file(badge))
     return preview
 

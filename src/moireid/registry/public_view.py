@@ -99,7 +99,7 @@ class PublicView(RegistryQueries):
                 if (proof := tree.consistency(one.size, one.root)) is None:
                     raise RegistryError(
                         f"{ledger.called} does not begin as its checkpoint of {one.date} says, so nothing is signed; "
-                        "look with `moireid registry audit --since`"
+                        "audit the registry since that checkpoint"
                     )
                 proofs.append((one.size, proof))
             return sign_checkpoint(tree, signer), proofs
@@ -153,7 +153,7 @@ class PublicView(RegistryQueries):
         if not goes_on:
             raise RegistryError(
                 f"{ledger.called} does not begin with the {checkpoint.size} log entries that witnesses have seen: it "
-                "was forked; ask those who run it, and look with `moireid registry audit --since`",
+                "was forked; ask those who run it, and audit it since that checkpoint",
                 code="forked",
             )
         ledger.witnessed = checkpoint.head

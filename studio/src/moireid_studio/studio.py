@@ -184,10 +184,8 @@ def hold_folder(folder: Path, undo: ExitStack) -> None:
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         lock = undo.enter_context((folder / "lock").open("a"))
     except OSError as error:
-        raise RegistryError(f"{folder} cannot be used ({error.strerror}); give another with --data") from error
+        raise RegistryError(f"{folder} cannot be used ({error.strerror}); give another (data)") from error
     try:
         fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except OSError as error:
-        raise SpecError(
-            f"another studio runs with the folder {folder}; stop it, or give another with --data"
-        ) from error
+        raise SpecError(f"another studio runs with the folder {folder}; stop it, or give another (data)") from error

@@ -9,6 +9,7 @@ import json
 import re
 import time
 import zipfile
+from collections.abc import Collection
 from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
@@ -24,7 +25,9 @@ from moireid.asbuilt import AsBuilt
 from moireid.badge import Badge, badge_from_json
 from moireid.cli.main import moireid
 from moireid.designer import Order, design_badge
-from moireid.sheets import DEFAULT_LENS
+from moireid.designer.formats import FORMATS
+from moireid.profiles import PAPERS_MM
+from moireid.sheets import DEFAULT_LENS, PRODUCTS
 from moireid_studio.store.job import Job
 
 #: Small boards are quickly made, and four are on a sheet.
@@ -67,6 +70,14 @@ class Markup(HTMLParser):
         self.seen = (given.get("src") or "") if tag == "img" else self.seen
         if tag == "input" and given.get("name"):
             self.fields[given["name"] or ""] = given.get("value")
+
+
+@pytest.mark.parametrize(("field", "known"), [("paper", PAPERS_MM), ("format", FORMATS), ("lens", set(PRODUCTS))])
+def test_the_page_offers_all_that_the_library_has(visit: Visit, field: str, known: Collection[str]) -> None:
+    """Catches: papers, formats or sheets that the command prints on and the page does not offer."""
+    page = visit.ask("GET", "/issue", "issuer").text
+    (menu,) = re.findall(rf'<select id="{field}".*?</select>', page, re.DOTALL)
+    assert set(re.findall(r'<option value="([^"]+)"', menu)) == set(known)
 
 
 def order(name: str, **more: str) -> dict[str, Any]:

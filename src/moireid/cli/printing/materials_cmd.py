@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import textwrap
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +14,7 @@ from moireid.cli.common import (
     FolderPath,
     echo,
     friendly,
+    in_options,
     json_option,
     overwrite_option,
     paper_option,
@@ -110,6 +111,7 @@ def materials_command(
     badge = load_badge(badge_file) if badge_file is not None else usual_badge(format_name or "", lens, paper)
     count = 1 if people is None else people
     found = list_for(badge, count, mount=mount, spare_share=spare_percent / 100, sheet_mm=sheet_mm)
+    found = replace(found, notes=tuple(map(in_options, found.notes)))
     files: dict[str, Path] = {}
     if folder is not None:
         from moireid.fabrication.shopping.shopping_files import write_shopping

@@ -106,7 +106,7 @@ class Quorum:
         """The quorum of `needed` of these keys; None: of all.  Raises: SpecError if that is not possible."""
         found = witness_keys(given)
         if not found:
-            raise SpecError("no witness is named; give the key of each by --witness-key")
+            raise SpecError("no witness is named; give the key of each (witness_keys)")
         if needed is not None and not len(found) < 2 * needed <= 2 * len(found):
             raise SpecError(
                 f"{needed} of {len(found)} witnesses is not possible; ask for more than half of them, else two halves "
