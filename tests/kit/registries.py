@@ -93,15 +93,6 @@ def rows_of(url: str, query: str) -> list[dict[str, object]]:
         engine.dispose()
 
 
-def spelled(document: dict[str, Any]) -> str:
-    """An export with this content, each item of it a line of its own."""
-    arrays = [document[name] for name in ("records", "log")]
-    head = json.dumps({name: value for name, value in document.items() if not isinstance(value, list)})
-    marks = [f'{head[:-1]},"records":[\n', '],"log":[\n', "]}\n"]
-    items = ["".join(f"{',' if n else ''}{json.dumps(one)}\n" for n, one in enumerate(array)) for array in arrays]
-    return "".join(part for pair in zip(marks, [*items, ""], strict=True) for part in pair)
-
-
 def state_of(url: str) -> dict[str, list[dict[str, object]]]:
     """Everything in the registry's tables."""
     return {table: rows_of(url, f"SELECT * FROM {table} ORDER BY {key}") for table, key in TABLES.items()}

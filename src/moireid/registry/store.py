@@ -22,13 +22,12 @@ from moireid.registry.changes import RegistryChanges, expiry_day
 from moireid.registry.checkpoints.checkpoint import Checkpoint
 from moireid.registry.checkpoints.cosignature import Quorum
 from moireid.registry.engine import chunks, default_url, read_url, sqlite_file
-from moireid.registry.export_file import export_json
 from moireid.registry.keys import account, checked_actor, key_path, keys_folder
 from moireid.registry.ledger import Ledger, open_ledger
 from moireid.registry.look_alikes import LookAlikeWarning
-from moireid.registry.merge import Import, checked_copy, merge, sign_anew
 from moireid.registry.public_view import PublicView
 from moireid.registry.record import Record, new_record
+from moireid.registry.transfer import Import, checked_copy, export, merge, sign_anew
 
 #: At most this many people whose names look alike are named in a warning.
 MOST_NAMED = 3
@@ -295,17 +294,17 @@ class Registry(RegistryChanges, PublicView):
         """
         return audit(self._ledger, progress, since, quorum)
 
-    def export_json(self, path: Path | str, *, overwrite: bool = False, progress: Progress | None = None) -> int:
-        """Write records, log and public key to a JSON file, whole or not at all.
+    def export(self, path: Path | str, *, overwrite: bool = False, progress: Progress | None = None) -> int:
+        """Copy records, log and public key to a file, whole or not at all: a registry of its own, without the key.
 
         Parameters
         ----------
         path : Path or str
-            The file.
+            The file, in SQLite's format.
         overwrite : bool
             Whether an older file may be replaced.
         progress : callable, optional
-            Called with records done and in all.
+            Called with entries and records checked and in all.
 
         Returns
         -------
@@ -319,38 +318,16 @@ class Registry(RegistryChanges, PublicView):
         SpecError
             If the file exists and `overwrite` is false, or cannot be written.
         """
-        return export_json(self._ledger, Path(path), overwrite=overwrite, progress=progress)
-
-    def import_json(self, path: Path | str) -> Import:
-        """Take in what `export_json` wrote, all of it or nothing; the same again changes nothing.
-
-        Parameters
-        ----------
-        path : Path or str
-            The file.
-
-        Returns
-        -------
-        Import
-            How many records are new, changed and unchanged.
-
-        Raises
-        ------
-        RegistryError
-            If the file is damaged or not sound, is another authority's and this registry is not empty, or contradicts
-            this registry; or if records must be signed and the private key is absent.
-        """
-        with checked_copy(Path(path)) as copy:
-            return merge(copy, self._ledger, self.actor)
+        return export(self._ledger, Path(path), overwrite=overwrite, progress=progress)
 
 
 def import_registry(path: Path | str, url: str | None, *, actor: str | None = None, new_key: bool = False) -> Import:
-    """Take in an export as `Registry.import_json` does, and make the registry if it is absent.
+    """Take in an export, all of it or nothing, and make the registry if it is absent; the same again changes nothing.
 
     Parameters
     ----------
     path : Path or str
-        What `Registry.export_json` wrote.
+        What `Registry.export` wrote.
     url : str or None
         As `open_registry`.  A registry that is made has no key of its own.
     actor : str, optional
@@ -366,7 +343,9 @@ def import_registry(path: Path | str, url: str | None, *, actor: str | None = No
     Raises
     ------
     RegistryError
-        As `Registry.import_json` and `open_registry`; nothing is made if the file is at fault.
+        If the file is damaged or not sound, is another authority's and this registry is not empty, or contradicts
+        this registry; if records must be signed and the private key is absent; and as `open_registry`.  Nothing is made
+        if the file is at fault.
     """
     with (
         checked_copy(Path(path)) as copy,
