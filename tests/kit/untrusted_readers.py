@@ -24,7 +24,7 @@ from moireid.attest.envelope import Broken, opened
 from moireid.attest.statement import statement_fault, strict_object
 from moireid.badge import badge_from_json
 from moireid.designer.list_table import read_list
-from moireid.errors import MoireIdError, RegistryError
+from moireid.errors import MoireIdError
 from moireid.profiles import load_lens_profile
 from moireid.registry.bundle.bundle_file import Header
 from moireid.registry.bundle.held import Bundle
