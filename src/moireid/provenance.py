@@ -61,16 +61,13 @@ class Provenance:
     source: None where a program makes the claim by itself; "registry" where an authority signed them, "bundle" where it
     signed them in a bundle, "file" where a person handed them over; file_name: the name in such a file, where the
     registry holds its identity under another one; alike: name and id of enrolled people whose names are others and look
-    like the claimed one; standing: of the registry, None where none was asked; line: below the name, where the claim
-    chose among people of one name by it, and others: how many more badges bear that name.
+    like the claimed one; standing: of the registry, None where none was asked.
     """
 
     source: Source | None = None
     file_name: str | None = None
     alike: tuple[str, ...] = ()
     standing: Standing | None = None
-    line: str | None = None
-    others: int = 0
 
 
 #: Of a badge.json that a user supplies, and of a claim that a program makes by itself.

@@ -169,5 +169,5 @@ class Question:
         return {
             "registry": known.standing.to_json() if known.standing else None,
             "claim_source": known.source,
-            "badge": {"id": badge.id, "name": badge.name, "line": known.line or line_of(badge.print)},
+            "badge": {"id": badge.id, "name": badge.name, "line": line_of(badge.print)},
         }

@@ -18,28 +18,21 @@ from functools import cache
 from pathlib import Path
 
 from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
-from sqlalchemy import delete
-from sqlalchemy.engine import URL
 
 from kit.places import TESTS
-from kit.registries import spelled
 from moireid.attest.envelope import Broken, opened
 from moireid.attest.statement import statement_fault, strict_object
 from moireid.badge import badge_from_json
 from moireid.designer.list_table import read_list
-from moireid.errors import MoireIdError, RegistryError
+from moireid.errors import MoireIdError
 from moireid.profiles import load_lens_profile
-from moireid.registry.audit import audit
 from moireid.registry.bundle.bundle_file import Header
 from moireid.registry.bundle.held import Bundle
 from moireid.registry.canonical import sha256_hex
 from moireid.registry.checkpoints.checkpoint import checkpoint_from
 from moireid.registry.checkpoints.cosignature import Quorum
 from moireid.registry.checkpoints.note import COSIGNATURE, VerifierKey
-from moireid.registry.export_file import load
 from moireid.registry.keys import Signer
-from moireid.registry.ledger import Ledger, open_ledger
-from moireid.registry.schema import authority, badges, log
 
 CORPORA = TESTS / "data" / "fuzzing"
 
@@ -129,29 +122,6 @@ def read_checkpoint(content: bytes) -> None:
     checkpoint.check(SIGNER.authority, "of a stranger")
 
 
-@cache
-def empty_registry() -> Ledger:
-    """A registry that awaits an export; made once, as that takes longer than most exports do."""
-    url = URL.create("sqlite", database=str(scratch().with_name("export.sqlite3")))
-    return open_ledger(url, create=True, make_authority=False, actor="fuzzer").unchecked()
-
-
-def read_export(path: Path) -> None:
-    """Read and audit an export, as `registry import` does before it changes the registry."""
-    copy = empty_registry()
-    # A fuzzer changes JSON without its lines.
-    with suppress(ValueError, TypeError, LookupError, RecursionError):
-        path.write_text(spelled(json.loads(path.read_bytes())))
-    try:
-        load(path, copy)
-        if not audit(copy).sound:
-            raise RegistryError("the export is not sound; get another")
-    finally:
-        with copy.engine.begin() as connection:
-            for table in (badges, log, authority):
-                connection.execute(delete(table))
-
-
 READERS = {
     "badge": UntrustedReader(lambda content: badge_from_json(content.decode("latin-1"))),
     "envelope": UntrustedReader(opened, (Broken,)),
@@ -161,7 +131,6 @@ READERS = {
     "lens": file_reader(load_lens_profile),
     "bundle": file_reader(read_bundle),
     "checkpoint": UntrustedReader(read_checkpoint),
-    "export": file_reader(read_export),
 }
 
 

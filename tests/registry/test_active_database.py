@@ -130,7 +130,7 @@ def test_an_index_that_hides_the_newest_entry_changes_nothing(
         ways: dict[str, Callable[[], object]] = {
             "claim": lambda: claimed(registry, "Bo"),
             "bundle": lambda: registry.publish(tmp_path / "people.bundle", specimen_of, days=1),
-            "export": lambda: registry.export_json(tmp_path / "people.json"),
+            "export": lambda: registry.export(tmp_path / "people.out"),
             "figures": lambda: registry.store_as_built(record["id"], '{"a": 1}'),
             "suspension": lambda: registry.suspend("Bo", "lost"),
         }

@@ -175,10 +175,10 @@ def test_a_new_registry_and_its_export_are_their_owners_alone(path, tmp_path):
     try:
         with open_registry(url_of(path), create=True) as registry:
             registry.enroll(badge_of("Ada"))
-            registry.export_json(tmp_path / "out.json")
+            registry.export(tmp_path / "out.sqlite3")
     finally:
         os.umask(was)
-    assert [stat.S_IMODE(one.stat().st_mode) for one in (path, tmp_path / "out.json")] == [0o600, 0o600]
+    assert [stat.S_IMODE(one.stat().st_mode) for one in (path, tmp_path / "out.sqlite3")] == [0o600, 0o600]
 
 
 def test_folder_that_cannot_be_made(path):

@@ -38,9 +38,9 @@ def test_private_key_is_nowhere_but_in_its_file(path, url, registry, tmp_path):
     """Catches: the private key in the database or an export, in any of the ways to write it."""
     registry.enroll(badge_of("Ada"))
     key = load_pem_private_key(registry.key_path.read_bytes(), password=None)
-    registry.export_json(tmp_path / "out.json")
-    held = json.dumps(state_of(url), default=repr) + (tmp_path / "out.json").read_text()
-    raw = path.read_bytes() if path.exists() else b""
+    registry.export(tmp_path / "out.sqlite3")
+    held = json.dumps(state_of(url), default=repr)
+    raw = (tmp_path / "out.sqlite3").read_bytes() + (path.read_bytes() if path.exists() else b"")
     assert key.private_bytes_raw().hex() not in held.lower()
     assert key.private_bytes_raw() not in raw and b"PRIVATE" not in raw and "PRIVATE" not in held
 

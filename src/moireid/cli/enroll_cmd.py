@@ -118,7 +118,7 @@ def enroll_command(
         registry.check_head()
         compared = None if as_built is None else show_compared(registry, badge, as_built, reason)
         notes = look_alike_notes([badge], registry)
-        record = registry.enroll(badge, warned=True, expires=expires)
+        record = registry.enroll(badge, expires=expires)
         if as_built is not None:
             record = keep_figures(registry, record, as_built, reason)
         if as_json:

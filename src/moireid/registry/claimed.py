@@ -15,7 +15,6 @@ from moireid.badge import Badge
 from moireid.errors import RegistryError
 from moireid.provenance import FROM_FILE, BadgeHolder, Exclusion, Provenance
 from moireid.question import Question
-from moireid.registry.claims import chosen_line
 from moireid.registry.record import Record
 from moireid.registry.store import Registry
 
@@ -33,7 +32,7 @@ def claimed(registry: Registry, claim: str) -> Question:
     registry : Registry
         An open registry.
     claim : str
-        A name, matched exactly after Unicode NFC, "NAME, LINE" with the line below it, or an id in hex digits.
+        A name, matched exactly after Unicode NFC, or an id in hex digits.
 
     Returns
     -------
@@ -54,9 +53,7 @@ def claimed(registry: Registry, claim: str) -> Question:
             raise RegistryError(text, **error.details | {"alike": alike}) from error
         raise
     registry.check_newest(record)
-    line = chosen_line(claim, record.name, record.id, record.line)
-    others = 0 if line is None else registry.count(record.name) - 1
-    return _of_record(record, Provenance("registry", alike=_alike(registry, record.name), line=line, others=others))
+    return _of_record(record, Provenance("registry", alike=_alike(registry, record.name)))
 
 
 def claimed_by_file(registry: Registry, badge: Badge) -> Question:

@@ -232,7 +232,7 @@ def test_an_issuer_cannot_turn_an_enrolment_against_its_holder(
 ) -> None:
     """Catches: a page or the API that replaces known figures for anyone who may film; a reason that is not recorded."""
     registry = visit.studio.registry
-    record = registry.enroll(ada, warned=True)
+    record = registry.enroll(ada)
     true = AsBuilt(record.id, -0.0402, 2e-5, 3.0, 0.04, 0.031, 3e-4, 0.995, 0.01)
     poison = replace(true, offset_rad=-1.28, gain_ratio=0.63)
     measured = [true]
@@ -270,7 +270,7 @@ def test_no_figures_are_kept_in_a_registry_that_was_put_back(
     with studio(tmp_path) as visit:
         registry = visit.studio.registry
         file = Path(registry.shown_url.removeprefix("sqlite:///"))
-        record, before = registry.enroll(ada, warned=True), file.read_bytes()
+        record, before = registry.enroll(ada), file.read_bytes()
         true = AsBuilt(record.id, -0.0402, 2e-5, 3.0, 0.04, 0.031, 3e-4, 0.995, 0.01)
         poison = replace(true, offset_rad=-1.28)
         result = {"kind": "capture", "id": record.id, "as_built": json.loads(true.to_json())}

@@ -68,9 +68,7 @@ def print_people(
                 folder,
                 parts=parts,
                 kept=kept,
-                before_moving=(
-                    (lambda: registry.enroll_many(badges, warned=True, expires=expires)) if registry else None
-                ),
+                before_moving=((lambda: registry.enroll_many(badges, expires=expires)) if registry else None),
                 progress=progress,
                 processes=os.cpu_count() or 1,
                 **how,

@@ -203,7 +203,7 @@ def print_one(
                 folder,
                 parts=package.parts,
                 kept=order.files,
-                before_moving=(lambda: registry.enroll(badge, warned=True, expires=expires)) if registry else None,
+                before_moving=(lambda: registry.enroll(badge, expires=expires)) if registry else None,
                 progress=lambda file: show(f"making {file}"),
                 **how,
             )

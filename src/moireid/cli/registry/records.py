@@ -108,8 +108,7 @@ def registry_list(registry: Registry, as_json: bool) -> None:
 def registry_show(registry: Registry, claim: str, as_json: bool) -> None:
     """Show one person's record.
 
-    Give the name exactly as it was entered, or the badge's id. Of people of one name, give "NAME, LINE" with the line
-    below it.
+    Give the name exactly as it was entered, or the badge's id.
     """
     import json
 

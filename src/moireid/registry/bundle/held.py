@@ -8,6 +8,7 @@
 from __future__ import annotations
 
 import re
+import unicodedata
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from datetime import datetime
@@ -18,14 +19,13 @@ from types import TracebackType
 from moireid.asbuilt import DatedFigures, as_built_from_json
 from moireid.badge import Badge, badge_from_json
 from moireid.errors import RegistryError
-from moireid.names import claim_text, named_by
 from moireid.provenance import AuthorityKey, BadgeHolder, Provenance
 from moireid.question import Question
 from moireid.registry.bundle.bundle_file import BundlePerson, check_expiry, read_bundle_file
 from moireid.registry.checkpoints.checkpoint import checkpoint_from
 from moireid.registry.checkpoints.cosignature import Quorum
 from moireid.registry.log import Head
-from moireid.registry.look_alikes import by_line, folded_skeleton, line_alike, skeleton
+from moireid.registry.look_alikes import folded_skeleton, skeleton
 from moireid.registry.merkle import Tree, leaf_hash
 from moireid.registry.rollback import LogState, standing_of
 from moireid.registry.seen import recall
@@ -100,8 +100,7 @@ class Bundle:
         Parameters
         ----------
         claim : str
-            A name, matched exactly after Unicode NFC, or "NAME, LINE" with the line below it; or an id in hex digits,
-            which is tried on every seal.
+            A name, matched exactly after Unicode NFC, or an id in hex digits, which is tried on every seal.
 
         Returns
         -------
@@ -113,14 +112,12 @@ class Bundle:
         RegistryError
             If it means no one, or several people.
         """
-        name = claim_text(claim)
-        people, pairs = self._content.people, named_by(name)
-        found = [one for one in people if one.name == name or (one.name, one.line) in pairs]
-        found = found or self._of_id(claim.lower())
+        name = unicodedata.normalize("NFC", claim)
+        found = [one for one in self._content.people if one.name == name] or self._of_id(claim.lower())
         if len(found) > 1:
             raise RegistryError(
                 f"{len(found)} people are named {name[:80]!r}, and a bundle keeps their ids sealed; claim the id that "
-                f"the person or the registry gave you{by_line([(one.name, one.line) for one in found])}",
+                "the person or the registry gave you",
                 claim=claim,
                 ids=[],
             )
@@ -135,22 +132,7 @@ class Bundle:
                 ids=[],
                 alike=alike,
             )
-        return self._chosen(name, found[0])
-
-    def _chosen(self, claim: str, person: BundlePerson) -> Question:
-        """The badge of a person.  Raises: RegistryError if the line chose them, and a namesake's line looks like it."""
-        found = self._of(person)
-        if claim == person.name or _ID.fullmatch(claim.lower()):
-            return found
-        others = [one for one in self._content.people if one.name == person.name and one != person]
-        if line_alike(person.line, [one.line for one in others]):
-            raise RegistryError(
-                f"people are named {person.name[:80]!r} with lines that look alike, and a bundle keeps their ids "
-                "sealed; claim the id that the person or the registry gave you",
-                claim=claim,
-                ids=[],
-            )
-        return replace(found, provenance=replace(found.provenance, line=person.line, others=len(others)))
+        return self._of(found[0])
 
     def holder_of(self, badge_id: object) -> BadgeHolder | None:
         """Look up the holder of a badge that was read in a film, by trying its identity on every seal.

@@ -29,7 +29,7 @@ CAUSES = (
 )
 #: Notes that warn; all others are for experts.
 WARNINGS = (
-    *("claim_source", "look_alike", "chosen_line", "hidden_letters", "copyable"),
+    *("claim_source", "look_alike", "hidden_letters", "copyable"),
     *("as_built_earlier", "others", "times", "covered", "pose_outliers", "challenge", "tracks", "damaged"),
 )
 

@@ -39,7 +39,7 @@ def claim_reasons(question: Question, identity: Identity) -> tuple[Reason, ...]:
         question = replace(
             question, badge=replace(question.badge, id=identity.claimed_id), badge_id=identity.claimed_id
         )
-    found = [_source(question), _name(question), _look_alike(question), _chosen(question), _hidden(question)]
+    found = [_source(question), _name(question), _look_alike(question), _hidden(question)]
     found.append(_copyable() if question.as_built is None and identity.verdict == "match" else None)
     return tuple(reason for reason in found if reason is not None)
 
@@ -91,15 +91,6 @@ def _look_alike(question: Question) -> Reason | None:
         "in other letters or case; compare the identities."
     )
     return Reason("look_alike", "note", float(len(alike)), 0.0, "people", text)
-
-
-def _chosen(question: Question) -> Reason | None:
-    known = question.provenance
-    if known.line is None:
-        return None
-    bear = "1 other badge bears" if known.others == 1 else f"{known.others} other badges bear"
-    text = f"The claim chose the person named {question.badge.name!r} with the line {known.line!r}; {bear} that name."
-    return Reason("chosen_line", "note", float(known.others), 0.0, "badges", text)
 
 
 def _hidden(question: Question) -> Reason | None:
