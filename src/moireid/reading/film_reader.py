@@ -26,7 +26,8 @@ from moireid.sandbox.file_access import Reach, reach
 from moireid.sandbox.process import Child, ForkServer, ProcessEnd, start
 from moireid.sandbox.seal import ProcessLimits
 
-WORK = "moireid.reading.film_work:read"
+#: The work, after what it loads of packages only when it needs it: a sealed process cannot keep what Python compiles.
+WORK = "av,numpy.fft,numpy.ma,numpy.random,moireid.reading.film_work:read"
 #: Memory that a film may take, and four times the film's size; with 900 MiB a short one of 4K passes.  Large
 #: pictures come in large files, so a small file cannot ask for much.
 MEMORY_BYTES, MEMORY_TIMES, MOST_MEMORY_BYTES = 900 << 20, 4, 4 << 30

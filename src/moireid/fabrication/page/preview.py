@@ -21,7 +21,7 @@ from PIL import Image, ImageChops, ImageDraw, ImageFilter
 from moireid.badge import Badge, Cell, Grating, Lens, Rect
 from moireid.fabrication.page.marks import INK, PAPER, look_of, marks, paint_marks
 from moireid.files import whole_file
-from moireid.frames import bounds_of, own_rect
+from moireid.frames import own_rect
 from moireid.layers import is_smooth
 from moireid.lenticule import trace_mm
 from moireid.optics import slab_shift_mm
@@ -110,7 +110,7 @@ def _pixels_within(
 ) -> tuple[tuple[NDArray[np.int64], NDArray[np.int64]], Array, Array]:
     """Rows and columns of the pixels whose middles lie in a rectangle in own order; and their own places, mm."""
     frame, board = badge.frame_of(grating), badge.outline_mm
-    around = bounds_of(frame.corners_mm(own))
+    around = frame.bounds_mm(own)
     x0, y0, x1, y1 = (round((v - board[k % 2]) * px_per_mm) for k, v in enumerate(around))
     x, y = ((np.arange(*ends) + 0.5) / px_per_mm + board[k] for k, ends in enumerate(((x0, x1), (y0, y1))))
     first, second = (
