@@ -106,7 +106,7 @@ def figures_of(signal: GratingSignal) -> Figures:
         math.hypot(float(np.median(signal.phase_sd_rad[used])), signal.pose_sd_rad),
         float(signal.strip_residual_rad.max(initial=0.0)),
         float(np.median(signal.strip_sd_rad)) if len(signal.strip_sd_rad) else 0.0,
-        float(_clear(signal, signal.place_residual_rad).max(initial=0.0)),
+        float(signal.place_residual_rad.max(initial=0.0)),
         signal.rounding_rad,
         signal.tangent_sd,
         float(np.sum(predicted**2 / (signal.phase_sd_rad[used] ** 2 + signal.pose_sd_rad**2))),
@@ -114,9 +114,7 @@ def figures_of(signal: GratingSignal) -> Figures:
         share_sd * abs(air_gain),
         float(air.std()),
         _beyond_noise(signal.strip_residual_rad, signal.strip_noise_rad),
-        _beyond_noise(
-            *(_clear(signal, one) for one in (signal.place_residual_rad, NOISE_OF_PLACES * signal.strip_noise_rad))
-        ),
+        _beyond_noise(signal.place_residual_rad, NOISE_OF_PLACES * signal.strip_noise_rad),
         float(np.sqrt(np.mean(noise**2) / len(noise))) if len(noise := signal.strip_noise_rad) else 0.0,
     )
 
@@ -149,15 +147,6 @@ def air_share(air_rad: Array, predicted: Array, residual: Array) -> tuple[float,
 def law_error_share(signal: GratingSignal) -> float:
     """Error of the law, as a share of the motion: from aside a sheet's own thickness, index and focus change it."""
     return limits.LAW_MOTION_SHARE * signal.aside_share
-
-
-def _clear(signal: GratingSignal, values: Array) -> Array:
-    """Values (S,) of the strips that nothing covers.
-
-    A strip with a far larger error bar than the clearest is partly covered, for example by a hand, and is left out.
-    """
-    sd = signal.strip_sd_rad
-    return values[sd <= limits.MAX_VAGUENESS_RATIO * sd.min(initial=math.inf)] if len(sd) == len(values) else values
 
 
 def _beyond_noise(apart_rad: Array, noise_rad: Array) -> float:
