@@ -14,7 +14,7 @@ import numpy as np
 
 from moireid.verifier.kernel import fitting, page, squares
 from moireid.verifier.kernel.library import picture_struct
-from moireid.verifier.kernel.page import PagePrint, PageRows, Points, correlations, expected_page, values_at
+from moireid.verifier.kernel.page import PagePrint, PageRows, Points, correlations, values_at
 from moireid.verifier.tracking.registration import RULES
 
 PAGE = mmap.PAGESIZE
@@ -114,7 +114,6 @@ def fuzz(seed: int, calls: int) -> None:
             rows = PageRows(Points(rng.uniform(-1, 1, (int(counts.sum()) * 70, 2))), counts, 70, -np.inf)
             rows.read(picture, warp)
             shown.follow(picture, warp, rows.struct(levels), any_scale=bool(rng.integers(2)))
-            expected_page(warp, hostile_warp(rng), float(rng.choice([1.0, 0.5, np.nan, 1e300])))
             printed = rng.normal(size=rng.integers(1, 20, 2)).astype(np.float32)
             fewer, reach = int(rng.integers(1, min(printed.shape) + 1)), int(rng.integers(0, 7))
             correlations(picture, warp, printed, fewer, reach, np.zeros((2 * reach + 1,) * 2, np.float32))

@@ -29,35 +29,6 @@ static double determinant(const double m[9]) {
     return m[0] * (m[4] * m[8] - m[5] * m[7]) - m[1] * (m[3] * m[8] - m[5] * m[6]) + m[2] * (m[3] * m[7] - m[4] * m[6]);
 }
 
-/* Product of homographies, h33 = 1. */
-static void product(const double a[9], const double b[9], double found[9]) {
-    double whole[9];
-    for (int row = 0; row < 3; row++)
-        for (int k = 0; k < 3; k++)
-            whole[3 * row + k] = a[3 * row] * b[k] + a[3 * row + 1] * b[3 + k] + a[3 * row + 2] * b[6 + k];
-    for (int k = 0; k < 9; k++) found[k] = whole[k] / whole[8];
-}
-
-/* The page after its last motion is done once more, by a share of it, which is right to first order; the last page where
- * the one before cannot be inverted, or no number comes of it. */
-PUBLIC void kernel_expected(const double *before, const double *last, double share, double *expected) {
-    const double *m = before, whole = determinant(before);
-    const double back[9] = {m[4] * m[8] - m[5] * m[7], m[2] * m[7] - m[1] * m[8], m[1] * m[5] - m[2] * m[4],
-                            m[5] * m[6] - m[3] * m[8], m[0] * m[8] - m[2] * m[6], m[2] * m[3] - m[0] * m[5],
-                            m[3] * m[7] - m[4] * m[6], m[1] * m[6] - m[0] * m[7], m[0] * m[4] - m[1] * m[3]};
-    double motion[9];
-    for (int k = 0; k < 9; k++) expected[k] = last[k];
-    if (!(whole > 0 || whole < 0)) return;
-    product(back, last, motion);
-    for (int k = 0; k < 9; k++) motion[k] = share * motion[k] + (k % 4 ? 0 : 1 - share);
-    product(last, motion, expected);
-    for (int k = 0; k < 9; k++)
-        if (!(expected[k] > -1e300 && expected[k] < 1e300)) {
-            for (int n = 0; n < 9; n++) expected[n] = last[n];
-            return;
-        }
-}
-
 /* Follow a page: expected (9,), the start of its registration; page (9,), what is found.  Homographies are page mm -> px,
  * h33 = 1.  rows: null where none are read.  Returns what was found; `OTHER_SCALE` where the print must be drawn anew. */
 PUBLIC int32_t kernel_follow(const Picture *picture, Drawing *drawing, const Rows *rows, const double *expected,

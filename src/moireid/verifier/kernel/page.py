@@ -325,21 +325,6 @@ def values_at(picture: PictureStruct, warp: Array, points: Points) -> Single | N
     return values if within else None
 
 
-def expected_page(before: Array, last: Array, share: float) -> Array:
-    """The page after its motion from `before` to `last`, all homographies with h33 = 1, is repeated by a share of it.
-
-    Source: to first order in the motion; the last page, where the one before has no inverse.
-    """
-    found = np.empty((3, 3))
-    library().kernel_expected(
-        ctypes.c_void_p(address(before, np.float64, 9)),
-        ctypes.c_void_p(address(last, np.float64, 9)),
-        ctypes.c_double(share),
-        ctypes.c_void_p(address(found, np.float64)),
-    )
-    return found
-
-
 def correlations(picture: PictureStruct, warp: Array, printed: Single, fewer: int, reach: int, total: Single) -> None:
     """Add the correlation of a print with a picture at each shift, or 0 where it is opposite.
 
