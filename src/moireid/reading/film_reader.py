@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 from moireid import errors
 from moireid.errors import MediaError, MoireIdError
@@ -65,49 +65,25 @@ def limits_of(films: Sequence[Path], *, written_bytes: int = 0) -> tuple[Process
     return limits, seconds
 
 
-class Reader(Protocol):
-    """What reads films."""
+class Reader:
+    """Reads the films of one order: by a process; without one in this process, without a seal or limits."""
+
+    def __init__(self, child: Child | None = None, films: Sequence[Path] = (), seconds: float = 0.0) -> None:
+        self._child, self._films, self._seconds = child, films, seconds
 
     @property
     def sealed(self) -> tuple[str, ...]:
-        """The parts of the seal that hold, as in `sandbox.seal.MEANS`."""
+        """The parts of the seal that hold, as in `sandbox.seal.MEANS`; reported before the process had its order."""
+        return (self._child.sealed or ()) if self._child is not None else ()
 
     def read(
         self, order: Order, progress: Callable[[int, int | None], None], answer: Answer | None = None
     ) -> dict[str, Any]:
         """What an order finds; answer: to the questions of the process.  Raises: MoireIdError."""
-
-
-class OwnReader:
-    """Reads films in this process, without a seal or limits."""
-
-    sealed: tuple[str, ...] = ()
-
-    def read(
-        self, order: Order, progress: Callable[[int, int | None], None], answer: Answer | None = None
-    ) -> dict[str, Any]:
-        """What an order finds."""
         found: dict[str, Any] = {}
-        order(found.update, answer or (lambda question: None), progress)
-        return found
-
-
-class SealedReader:
-    """A process that reads the films of one order."""
-
-    def __init__(self, child: Child, films: Sequence[Path], seconds: float) -> None:
-        self._child, self._films, self._seconds = child, films, seconds
-
-    @property
-    def sealed(self) -> tuple[str, ...]:
-        """As the process reported before it was sent its order."""
-        return self._child.sealed or ()
-
-    def read(
-        self, order: Order, progress: Callable[[int, int | None], None], answer: Answer | None = None
-    ) -> dict[str, Any]:
-        """What an order finds."""
-        found: dict[str, Any] = {}
+        if self._child is None:
+            order(found.update, answer or (lambda question: None), progress)
+            return found
         film = named(self._films)
 
         def handle(message: dict[str, Any]) -> Any:
@@ -169,12 +145,12 @@ def film_reader(films: Sequence[Path], *, unsealed: bool = False, folder: Path |
     Parameters: unsealed: in this process; folder: in which it may write files, each of `WRITTEN_BYTES` at most.
     """
     if unsealed or os.name == "nt":
-        yield OwnReader()
+        yield Reader()
         return
     limits, seconds = limits_of(films, written_bytes=0 if folder is None else WRITTEN_BYTES)
     child = _process(limits, reach(read=films, write=() if folder is None else [folder]))
     try:
-        yield SealedReader(child, films, seconds)
+        yield Reader(child, films, seconds)
     finally:
         child.kill()
 

@@ -94,24 +94,22 @@ class BadgeTracker:
         self._clock = time.perf_counter()
         # The expected place is mostly near enough for registration, so no marker has to be decoded.
         expected = self.ends.expected(frame.index)
-        registration = rows = None
+        registration: Registration | None = None
         if expected is not None:
-            registration, rows = self._registrar.follow(luma, expected, self._template, self._reader.rows)
-        registration = _clear(registration)
+            registration = _clear(self._registrar.register(luma, expected, self._template.at(expected)))
         self._lap("register")
         if registration is None and expected is not None:
-            rows = None
             registration = self._paid(self._purses.near, partial(self._outlined, luma, expected))
             self._lap("find")
         elif registration is not None and self._hides_more(registration):
             # A start that was too far away hides markers as a hand does.
             seen = self._unsmeared(frame, luma)
             if seen is not None and seen.vague < registration.vague:
-                registration, rows = seen, None
+                registration = seen
         self.smeared = registration is None
         if registration is None:
             registration = self._unsmeared(frame, luma)
-        return self._taken_in(frame, luma, registration, taken, rows)
+        return self._taken_in(frame, luma, registration, taken)
 
     def _hides_more(self, registration: Registration) -> bool:
         """Whether less of the page is visible than in the last frame that was measured."""
@@ -181,22 +179,12 @@ class BadgeTracker:
     def _is_one_of(self, page: Array, taken: Sequence[Array]) -> bool:
         return any(same_page(page, other, self._corners_mm) for other in taken)
 
-    def _taken_in(
-        self,
-        frame: Frame,
-        luma: Picture,
-        registration: Registration | None,
-        taken: Sequence[Array],
-        rows: NDArray[np.float32] | None = None,
-    ) -> bool:
-        """Read the frame if the page was registered, at a place of no other badge; returns whether it was.
-
-        Parameters: rows: what its rows show, if they are read already.
-        """
+    def _taken_in(self, frame: Frame, luma: Picture, registration: Registration | None, taken: Sequence[Array]) -> bool:
+        """Read the frame if the page was registered, at a place of no other badge; returns whether it was."""
         if registration is None or self._is_one_of(registration.homography, taken):
             return False
         self.place, self.faint = registration.homography, registration.contrast < FAINT_BELOW_COUNTS
-        seen = rows if rows is not None else self._reader.read(luma, registration.homography)
+        seen = self._reader.read(luma, registration.homography)
         sighting = FrameSighting(frame.index, frame.time_s, registration, seen[self._uniform])
         self.ends.follow(sighting)
         self.shown += scale_px_per_mm(registration.homography, self._middle) ** 2

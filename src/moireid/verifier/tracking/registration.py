@@ -22,9 +22,7 @@ from moireid.badge import Fiducial
 from moireid.verifier.kernel.page import (
     ALL_SEEN,
     LOOSE,
-    READ,
     PagePrint,
-    PageRows,
     Points,
     RulesStruct,
     values_at,
@@ -157,19 +155,6 @@ class PageRegistrar:
         state, page = shown.follow(picture.struct, np.ascontiguousarray(start, np.float64))
         return self._outcome(picture, template, state, page)
 
-    def follow(
-        self, picture: Picture, expected: Array, kept: KeptTemplate, rows: PageRows
-    ) -> tuple[Registration | None, NDArray[np.float32] | None]:
-        """As `register` in a picture in counts, and what its rows show, read in the same call, (S, N).
-
-        Parameters: kept: of the badge.
-        Returns: None in place of rows that must be read by themselves, as the page was not certain at once.
-        """
-        template, struct = kept.at(expected), rows.struct(picture.light)
-        state, page = self._prepared(template).follow(picture.struct, expected, struct)
-        found = self._outcome(picture, template, state, page)
-        return found, rows.taken() if state & READ else None
-
     def _prepared(self, template: Template) -> PagePrint:
         shown = self._print_of(template)
         if shown.is_prepared:
@@ -226,7 +211,6 @@ class PageRegistrar:
             middle=self._middle,
             extent=self._extent,
             px_per_mm=template.px_per_mm,
-            scale_step=SCALE_STEP,
             rules=RULES,
             least_correlation=SMEARED_CORRELATION if template.smeared else MARKER_CORRELATION,
         )

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.badge import Badge
-from moireid.verifier.kernel.page import expected_page
 from moireid.verifier.tracking.brightness_profiles import Strip
 from moireid.verifier.tracking.registration import Registration
 
@@ -64,6 +63,19 @@ class Track:
             cell_frames=(np.cumsum(kept) - 1)[self.cell_frames[cells]],
             vague=None if self.vague is None else self.vague[kept],
         )
+
+
+def expected_page(before: Array, last: Array, share: float) -> Array:
+    """The page after its motion from `before` to `last`, all homographies with h33 = 1, is repeated by a share of it.
+
+    Source: to first order in the motion; the last page, where the one before has no inverse.
+    """
+    if not np.linalg.det(before):
+        return last
+    step = np.linalg.inv(before) @ last
+    found = last @ (np.eye(3) + share * (step / step[2, 2] - np.eye(3)))
+    found /= found[2, 2]
+    return found if np.all(np.isfinite(found)) else last
 
 
 def board_px(badge: Badge, page: Array, mirrored_px: int | None) -> Array:
