@@ -29,7 +29,7 @@ GROUPS = {
     "How it is filmed": "motion distance frames fps camera",
     "What is filmed": "build flaw scene light forge",
     "What becomes of the film": "effect recipe",
-    "Error and run time": "backend error quick leave-out explain",
+    "Error and run time": "backend error leave-out explain",
     "Output": "out seed overwrite json",
 }
 
@@ -129,7 +129,6 @@ GROUPS = {
     metavar="RAD",
     help="Largest error of the fringe phase; the fastest setting that keeps it is taken.",
 )
-@click.option("--quick", is_flag=True, help="Encode in a quarter of the time, into a larger file, as for a test.")
 @click.option(
     "--leave-out",
     type=click.Choice(PARTS),

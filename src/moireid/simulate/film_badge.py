@@ -46,7 +46,6 @@ def simulate(
     leave_out: Sequence[str] = (),
     backend: str = "analytic",
     error_rad: float | None = None,
-    quick: bool = False,
     seed: int = 0,
     overwrite: bool = False,
     progress: Callable[[int, int], None] | None = None,
@@ -89,8 +88,6 @@ def simulate(
         The renderer.
     error_rad : float, optional
         Phase error that the renderer must meet, rad.
-    quick : bool
-        Whether to encode in a quarter of the time, into a larger file.
     seed : int
         Of all that chance decides.
     overwrite : bool
@@ -141,7 +138,6 @@ def simulate(
         recipe=recipe,
         backend=backend,
         error_rad=error_rad,
-        quick=quick,
         overwrite=overwrite,
         progress=progress,
     )

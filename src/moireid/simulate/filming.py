@@ -117,7 +117,6 @@ def film(
     recipe: str | None = None,
     backend: str = "analytic",
     error_rad: float | None = None,
-    quick: bool = False,
     overwrite: bool = False,
     progress: Callable[[int, int], None] | None = None,
 ) -> FilmReport:
@@ -153,8 +152,6 @@ def film(
         "mitsuba" is the slow reference, which knows no rolling shutter.
     error_rad : float, optional
         Phase error that the renderer must meet, by the cheapest setting that does, rad.
-    quick : bool
-        Whether to encode in a quarter of the time, into a file three to five times as large; a recipe has its own way.
     overwrite : bool
         Whether older files may be replaced.
     progress : callable, optional
@@ -182,7 +179,7 @@ def film(
         raise SpecError(f"{frames} frames at {fps:g} per second is no film; give 2 or more frames at 1 to 1000 fps")
     for effect in effects:
         scene = effect.scene(scene) if effect.scene else scene
-    way = recipe_for(recipe, crf, quick=quick)
+    way = recipe_for(recipe, crf)
     for effect in effects:
         way = effect.recipe(way) if effect.recipe else way
     timing = timing_of(effects, frames, fps, seed)

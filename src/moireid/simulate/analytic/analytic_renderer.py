@@ -79,7 +79,7 @@ class AnalyticRenderer:
         self._sheet = sheet_as_built(scene)
         self._cells = cell_table(scene)
         cx, cy = scene.board_centre_mm
-        covered = scene.hidden_mm or (cx, cy, cx, cy)
+        covered = scene.hidden_mm or (math.inf,) * 4
         scale = scene.build.print_scales
         hidden = (np.array(covered) - (cx, cy, cx, cy)) * np.tile(scale, 2)
         half, texture = scene.printed_half_mm, page_texture(scene)
