@@ -1,6 +1,6 @@
 """The signed statement as a DSSE envelope: made with one signature, and read strictly.
 
-Next to the signature the envelope has the public key, its certificates and a time stamp.
+Next to the signature the envelope has the public key and its certificates.
 These are not signed, so they prove nothing.  They allow a check without a key at hand.
 Source: DSSE v1 (https://github.com/secure-systems-lab/dsse), by securesystemslib.
 """
@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import base64
 import json
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -26,7 +25,6 @@ from moireid.attest.signing_keys import (
     SigningKey,
     certificate_of,
     certificate_pem,
-    in_low_s,
     is_known,
     public_pem,
 )
@@ -44,7 +42,7 @@ MOST_CERTIFICATES = 10
 class Broken(Exception):
     """An envelope does not hold: the part that is wrong, and a sentence.
 
-    part: "envelope", "report", "signature", "key", "certificate", "identity", "timestamp", "film", "badge" or
+    part: "envelope", "report", "signature", "key", "certificate", "identity", "film", "badge" or
     "registry".
     """
 
@@ -58,22 +56,13 @@ class EnvelopeParts:
     """An envelope's parts, each well-formed; the signature is not checked yet.
 
     payload: the signed bytes; signature: over them; key: the public key next to it; certificates: the key's own, then
-    those above; timestamp: an RFC 3161 response (DER) or None.
+    those above.
     """
 
     payload: bytes
     signature: bytes
     key: PublicKey
     certificates: tuple[x509.Certificate, ...]
-    timestamp: bytes | None
-
-    @property
-    def is_low_s(self) -> bool:
-        """Whether the signature is in the one spelling that counts, as `signing_keys.in_low_s` gives it."""
-        try:
-            return in_low_s(self.key, self.signature) == self.signature
-        except ValueError:
-            return False
 
     def signed_by(self, key: PublicKey) -> bool:
         """Whether the signature is that key's over the payload."""
@@ -86,7 +75,7 @@ class EnvelopeParts:
         return True
 
 
-def signed_envelope(payload: bytes, key: SigningKey, stamp: Callable[[bytes], bytes] | None = None) -> str:
+def signed_envelope(payload: bytes, key: SigningKey) -> str:
     """Sign a statement.
 
     Parameters
@@ -95,8 +84,6 @@ def signed_envelope(payload: bytes, key: SigningKey, stamp: Callable[[bytes], by
         The statement, as `statement.statement` gives it.
     key : SigningKey
         The private key; its public half and its certificates go into the envelope.
-    stamp : callable, optional
-        Gives an RFC 3161 response for the signature's bytes.
 
     Returns
     -------
@@ -110,19 +97,15 @@ def signed_envelope(payload: bytes, key: SigningKey, stamp: Callable[[bytes], by
     """
     envelope = Envelope(payload, PAYLOAD_TYPE, {})
     signature = envelope.sign(CryptoSigner(key.private))
-    raw = in_low_s(key.public, bytes.fromhex(signature.signature))
     unsigned: dict[str, Any] = {
-        "sig": base64.b64encode(raw).decode(),
+        "sig": base64.b64encode(bytes.fromhex(signature.signature)).decode(),
         "publicKey": public_pem(key.public),
         "certificates": [certificate_pem(one) for one in key.chain],
     }
-    if stamp is not None:
-        unsigned["timestamp"] = base64.b64encode(stamp(raw)).decode()
     document = envelope.to_dict()
     document["signatures"][0] |= unsigned
     text = json.dumps(document, indent=1) + "\n"
-    made = opened(text.encode())
-    if not (made.signed_by(key.public) and made.is_low_s):
+    if not opened(text.encode()).signed_by(key.public):
         raise SpecError("the envelope that was made does not hold; that is an error of moireid, please report it")
     return text
 
@@ -160,7 +143,6 @@ def opened(content: bytes) -> EnvelopeParts:
         _decoded("signature", signature.get("sig"), "The signature"),
         key,
         _certificates(signature.get("certificates", [])),
-        _decoded("timestamp", signature["timestamp"], "The time stamp") if "timestamp" in signature else None,
     )
 
 

@@ -23,7 +23,6 @@ from cryptography.hazmat.primitives.asymmetric.ec import (
     EllipticCurvePublicKey,
 )
 from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey, Ed25519PublicKey
-from cryptography.hazmat.primitives.asymmetric.utils import decode_dss_signature, encode_dss_signature
 from cryptography.x509.oid import NameOID
 
 from moireid.errors import SpecError
@@ -32,8 +31,6 @@ from moireid.files import read_regular
 PublicKey = Ed25519PublicKey | EllipticCurvePublicKey
 PrivateKey = Ed25519PrivateKey | EllipticCurvePrivateKey
 
-#: The number of points of P-256 (FIPS 186-5, NIST SP 800-186).
-P256_ORDER = 0xFFFFFFFF00000000FFFFFFFFFFFFFFFFBCE6FAADA7179E84F3B9CAC2FC632551
 #: Largest file of keys, bytes; chains of certificates have a tenth of it.
 MOST_BYTES = 1 << 20
 MAKE_ONE = "make one with: openssl genpkey -algorithm ed25519 -out key.pem"
@@ -151,18 +148,6 @@ def is_known(key: object) -> bool:
     if isinstance(key, EllipticCurvePublicKey):
         return isinstance(key.curve, SECP256R1)
     return isinstance(key, Ed25519PublicKey)
-
-
-def in_low_s(key: PublicKey, signature: bytes) -> bytes:
-    """A signature in the one spelling that counts: of an ECDSA signature, the one with the lower S.
-
-    Raises: ValueError if it is no signature of such a key.
-    Source: (r, s) and (r, n - s) are both valid; SEC 1, section 4.1, and BIP 62 for the choice of the lower one.
-    """
-    if isinstance(key, Ed25519PublicKey):
-        return signature
-    r, s = decode_dss_signature(signature)
-    return encode_dss_signature(r, min(s, P256_ORDER - s))
 
 
 def algorithm(key: PublicKey) -> str:

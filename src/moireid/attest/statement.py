@@ -19,8 +19,6 @@ from functools import cache
 from importlib import resources
 from typing import Any
 
-from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PublicKey
-
 from moireid.attest.signing_keys import SigningKey, certificate_digest, fingerprint
 from moireid.errors import SpecError
 from moireid.json_schema import schema_fault
@@ -116,9 +114,7 @@ def attested(report: dict[str, Any], key: SigningKey) -> dict[str, Any]:
     own = certificate_digest(key.chain[0]) if key.chain else None
     # Both are signed, so that no one can put another certificate of the same key next to the signature.
     signer = {"key_sha256": fingerprint(key.public), "certificate_sha256": own}
-    # Which of the two spellings of a signature counts.
-    spelled = {} if isinstance(key.public, Ed25519PublicKey) else {"ecdsa": "low-S"}
-    return report | {"attested": {"at": utc(datetime.now(UTC)), "signer": signer} | spelled}
+    return report | {"attested": {"at": utc(datetime.now(UTC)), "signer": signer}}
 
 
 def statement(report: dict[str, Any], film_name: str) -> bytes:

@@ -56,14 +56,6 @@ def attest_group() -> None:
     help="Certificates of the authorities that you trust to name the signer, for --certificate-identity.",
 )
 @click.option(
-    "--authority",
-    "authority_file",
-    metavar="CERT.pem",
-    type=click.Path(path_type=Path),
-    help="Certificates of the time authority that you trust, its root among them. Without it a time stamp is not "
-    "believed.",
-)
-@click.option(
     "--registry",
     "registry_url",
     metavar="URL|FILE",
@@ -80,7 +72,6 @@ def check_command(
     key_file: Path | None,
     identity: str | None,
     issuer_file: Path | None,
-    authority_file: Path | None,
     registry_url: str | None,
     bundle_path: Path | None,
     trust: str | None,
@@ -93,13 +84,11 @@ def check_command(
     of any day, so say whom you expect: --key, or --certificate-identity with --certificate-authority. Then no registry
     and no network are needed.
 
-    With --registry or --bundle, the check also shows whether the badge is the person's, and whether it was revoked or
-    suspended or has expired since: the verdict then holds only if a time stamp shows that it is older. A registry says
-    who holds a badge, and not who signed, unless its own authority did. Verdicts of all other signers need --key or
-    --certificate-identity, too.
+    With --registry or --bundle, the check also shows whether the badge is the person's, and whether it was revoked
+    since: then the verdict does not hold. A registry says who holds a badge, and not who signed, unless its own
+    authority did. Verdicts of all other signers need --key or --certificate-identity, too.
 
-    A date counts only by a time stamp of an authority that you trust (--authority). Without one it is what the signer
-    claims.
+    The date is what the signer claims. To prove it, have FILE stamped by another program, as `openssl ts` does.
 
     Exit code 0: it holds; 1: it does not; 2: bad input, or nothing says whom to expect.
     """
@@ -117,8 +106,7 @@ def check_command(
     key = load_public_key(key_file) if key_file is not None else None
     trusted = load_certificates(issuer_file) if issuer_file is not None else ()
     signer = CertificateIdentity(identity, trusted) if identity is not None else None
-    authorities = load_certificates(authority_file) if authority_file is not None else ()
-    found = check(read_envelope(envelope), film=film, key=key, identity=signer, authorities=authorities)
+    found = check(read_envelope(envelope), film=film, key=key, identity=signer)
     if registry_url is not None or bundle_path is not None:
         answer = _answer(found, registry_url, bundle_path, trust, witness_check)
         found = held_against(found, *answer) if answer is not None else found
@@ -204,10 +192,10 @@ def lines_of(found: CheckResult) -> list[str]:
         *faults,
         f"  film: SHA-256 {film['sha256']}; {same[film['same']]}{_track(film['tracks'])}",
         f"  who: {_who(document['signer'])}",
-        f"  when: {_when(document['time'])}",
+        f"  when: {document['time']}, by the signer's own clock, which the signer can set",
         f"  with: moireid {document['moireid']}",
         f"  registry: {_registry(document['registry'])}",
-        *([f"  badge now: {_now(document['badge_now'], found.holds)}"] if document["badge_now"] else []),
+        *([f"  badge now: {_now(document['badge_now'])}"] if document["badge_now"] else []),
     ]
 
 
@@ -231,21 +219,8 @@ def _who(signer: dict[str, Any]) -> str:
     )
 
 
-def _when(time: dict[str, Any]) -> str:
-    if time["source"] == "time stamp":
-        return f"{time['at']} at the latest, by the time stamp of the given authority"
-    own = f"claimed by the signer: {time['attested_at']}, by the signer's own clock, which the signer can set"
-    if time["stamped_at"] is None:
-        return own
-    return f"{own}; a time stamp says {time['stamped_at']}, and is not believed unless you give --authority"
-
-
-def _now(now: dict[str, Any], holds: bool) -> str:
-    if now["counts"]:
-        return "it still counts"
-    since = f", compromised since {now['compromised_since']}" if now["compromised_since"] else ""
-    kept = "; this verdict is older, as its time stamp shows" if holds else ""
-    return f"{now['code']} ({now['at']}){since}{kept}"
+def _now(now: dict[str, Any]) -> str:
+    return "it still counts" if now["counts"] else f"revoked on {now['revoked_at']}"
 
 
 def _registry(registry: dict[str, str | None] | None) -> str:

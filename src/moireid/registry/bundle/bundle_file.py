@@ -20,15 +20,14 @@ import msgspec
 
 from moireid.errors import RegistryError
 from moireid.files import read_regular
-from moireid.provenance import Seal
+from moireid.provenance import Revocation, Seal
 from moireid.registry.canonical import sha256_hex
 from moireid.registry.checkpoints.note import opened, parted, signed_note
 from moireid.registry.keys import Authority, Signer
 from moireid.registry.log import Head
-from moireid.registry.record import BadgeState
 
 #: Of the format, and the origin of its notes.
-VERSION, ORIGIN = 3, "moireid/bundle3/"
+VERSION, ORIGIN = 4, "moireid/bundle4/"
 _FIRST = re.compile(rb"moireid bundle (\d{1,9}) (\d{6})\n")
 #: Lines of the header after its origin, in this order.
 _LINES = ("key", "issued", "expires", "head", "people", "length", "sha256")
@@ -72,7 +71,7 @@ class BundlePerson(msgspec.Struct, frozen=True, array_like=True):
     folded: str
     seal: Seal
     layout: int
-    state: BadgeState
+    revoked: Revocation | None
     line: str | None
     figures: list[tuple[str, str]]
 

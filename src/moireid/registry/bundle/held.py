@@ -153,7 +153,7 @@ class Bundle:
             found = self._of_id(badge_id)[:1]
             self._holders[badge_id] = found[0] if found else None
         person = self._holders[badge_id]
-        return None if person is None else BadgeHolder(person.name, person.state.barred(), person.line)
+        return None if person is None else BadgeHolder(person.name, person.revoked, person.line)
 
     def require_witnesses(self, quorum: Quorum) -> dict[str, datetime]:
         """Rely on the bundle only if witnesses have seen the log that it is of.
@@ -227,7 +227,7 @@ class Bundle:
             as_built=None if own is None else own.as_built,
             as_built_at=None if own is None else own.at,
             earlier=tuple(sets),
-            barred=person.state.barred(),
+            barred=person.revoked,
             provenance=Provenance("bundle", alike=self._alike(person.name), standing=self.standing),
         )
 

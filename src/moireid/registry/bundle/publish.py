@@ -6,7 +6,6 @@ import os
 import secrets
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import fields
 from datetime import timedelta
 from pathlib import Path
 
@@ -30,7 +29,7 @@ from moireid.registry.checkpoints.checkpoint import Checkpoint, sign_checkpoint
 from moireid.registry.engine import sqlite_file
 from moireid.registry.ledger import Ledger
 from moireid.registry.look_alikes import folded_skeleton, skeleton
-from moireid.registry.record import BadgeState, Fault, Record
+from moireid.registry.record import Fault, Record
 from moireid.registry.schema import badges, pages, select_records
 
 Progress = Callable[[int, int | None], None]
@@ -116,7 +115,7 @@ def _bare(record: Record, layout: int) -> BundlePerson:
         folded=folded_skeleton(record.name),
         seal=Seal(b"", b""),
         layout=layout,
-        state=BadgeState(**{field.name: getattr(record, field.name) for field in fields(BadgeState)}),
+        revoked=record.barred(),
         line=record.line,
         figures=[
             (canonical_json(one["as_built"] | {"badge_id": ""}), one["as_built_at"]) for one in record.figure_sets

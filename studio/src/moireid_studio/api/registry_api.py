@@ -34,10 +34,6 @@ class RecordSummary(BaseModel):
     issued_at: str
     revoked_at: str | None
     revoked_reason: str | None
-    compromised_since: str | None
-    suspended_at: str | None
-    suspended_reason: str | None
-    expires: str | None
 
 
 class Holders(BaseModel):
