@@ -27,7 +27,7 @@ def test_the_look_up_after_the_film_asks_the_trusted_registry(
             registry.enroll(ada)
             trusted = registry.fingerprint
     wish = ClaimWish("Ada Lovelace", f"sqlite:///{tmp_path}/people.sqlite3", None, None, trusted)
-    document = {"identity": {"decoded_id": ada.id, "verdict": "match"}}
+    document = {"identity": {"decoded_id": ada.id, "verdict": "mismatch"}}
     with wish.asked() as (_, look_up):
         assert look_up(document).read is not None
         shutil.copy(tmp_path / "other.sqlite3", tmp_path / "people.sqlite3")

@@ -19,7 +19,7 @@ from moireid.registry.audit_findings import Audit
 from moireid.registry.canonical import utc_now
 from moireid.registry.changes import RegistryChanges
 from moireid.registry.checkpoints.checkpoint import Checkpoint
-from moireid.registry.checkpoints.cosignature import Quorum
+from moireid.registry.checkpoints.note import VerifierKey
 from moireid.registry.engine import chunks, default_url, read_url, sqlite_file
 from moireid.registry.keys import account, checked_actor, key_path, keys_folder
 from moireid.registry.ledger import Ledger, Transaction, open_ledger
@@ -217,7 +217,7 @@ class Registry(RegistryChanges, PublicView):
         self,
         progress: Progress | None = None,
         since: Sequence[Checkpoint] = (),
-        quorum: Quorum | None = None,
+        witnesses: Sequence[VerifierKey] = (),
     ) -> Audit:
         """Check the whole log and all records, and report every fault.
 
@@ -227,8 +227,8 @@ class Registry(RegistryChanges, PublicView):
             Called with entries and records done and in all.
         since : sequence of Checkpoint
             Checkpoints that others keep; the log must still begin as they say.
-        quorum : Quorum, optional
-            The witnesses that must have signed one of these checkpoints.
+        witnesses : sequence of VerifierKey
+            All of them must have signed one of these checkpoints.
 
         Returns
         -------
@@ -244,7 +244,7 @@ class Registry(RegistryChanges, PublicView):
         -----
         `moireid.registry.audit` lists what an audit cannot show.
         """
-        return audit(self._ledger, progress, since, quorum)
+        return audit(self._ledger, progress, since, witnesses)
 
     def export(self, path: Path | str, *, overwrite: bool = False, progress: Progress | None = None) -> int:
         """Copy records, log and public key to a file, whole or not at all: a registry of its own, without the key.

@@ -8,13 +8,23 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from moireid.cli.common import ACCEPT, REJECT, bundle_option, echo, friendly, json_option, show_json, trust_option
-from moireid.cli.witness_options import WitnessCheck, require, witness_check
+from moireid.cli.common import (
+    ACCEPT,
+    REJECT,
+    bundle_option,
+    echo,
+    friendly,
+    json_option,
+    report_standing,
+    show_json,
+    trust_option,
+)
+from moireid.cli.witness_options import WitnessCheck, witness_check
 from moireid.errors import SpecError
 
 if TYPE_CHECKING:
+    from moireid.api.asking import AskingTerms
     from moireid.attest import CheckResult
-    from moireid.provenance import AuthorityKey, BadgeHolder
 
 
 #: Whom a check expected, in words.
@@ -92,7 +102,8 @@ def check_command(
 
     Exit code 0: it holds; 1: it does not; 2: bad input, or nothing says whom to expect.
     """
-    from moireid.attest import CertificateIdentity, check, held_against, load_public_key
+    from moireid.api.asking import AskingTerms
+    from moireid.attest import CertificateIdentity, check, load_public_key
     from moireid.attest.envelope import read_envelope
     from moireid.attest.signing_keys import load_certificates
 
@@ -108,8 +119,8 @@ def check_command(
     signer = CertificateIdentity(identity, trusted) if identity is not None else None
     found = check(read_envelope(envelope), film=film, key=key, identity=signer)
     if registry_url is not None or bundle_path is not None:
-        answer = _answer(found, registry_url, bundle_path, trust, witness_check)
-        found = held_against(found, *answer) if answer is not None else found
+        terms = AskingTerms(trust, report_standing, witness_check.require if witness_check else None)
+        found = _held(found, registry_url, bundle_path, terms)
     _check_signer_asked(found, envelope)
     if as_json:
         show_json(found.to_json())
@@ -140,41 +151,23 @@ def _check_signer_asked(found: CheckResult, envelope: Path) -> None:
     )
 
 
-def _answer(
-    found: CheckResult,
-    registry_url: str | None,
-    bundle_path: Path | None,
-    trust: str | None,
-    witnesses: WitnessCheck | None,
-) -> tuple[BadgeHolder, AuthorityKey] | None:
-    """What a registry or its bundle says about the badge of a verdict; None where the verdict cannot be believed."""
-    if registry_url is not None and bundle_path is not None:
-        raise SpecError("--bundle replaces --registry; leave one of them out")
-    if found.report is None:
-        return None
+def _held(found: CheckResult, registry_url: str | None, bundle_path: Path | None, terms: AskingTerms) -> CheckResult:
+    """A verdict compared with what a registry or its bundle says of its badge, where it can be believed."""
+    from moireid.api.asking import asked, people_in
+    from moireid.attest import held_against
     from moireid.attest.registry_answer import badge_of
 
-    badge_id = badge_of(found.report)
-    if badge_id is None:
+    if found.report is None:
+        return found
+    if (badge_id := badge_of(found.report)) is None:
         raise SpecError(
             "this verdict names no identity, so no registry knows its badge; leave out --registry or --bundle"
         )
-    if bundle_path is not None:
-        from moireid.registry.bundle.held import Bundle
-
-        with Bundle(bundle_path, trust) as bundle:
-            require(witnesses, bundle)
-            holder, key = bundle.holder_of(badge_id), bundle.authority_key()
-    else:
-        from moireid.registry import holder_of, open_registry
-
-        with open_registry(registry_url, create=False) as registry:
-            registry.standing(trust)
-            require(witnesses, registry)
-            holder, key = holder_of(registry, badge_id), registry.authority_key()
+    with asked(registry_url, bundle_path, terms) as (held, _):
+        holder, key = people_in(held).holder(badge_id), held.authority_key()
     if holder is None:
         raise SpecError(f"no one there holds badge {badge_id}; name the registry that issued it")
-    return holder, key
+    return held_against(found, holder, key)
 
 
 def lines_of(found: CheckResult) -> list[str]:

@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import re
 import unicodedata
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
-from datetime import datetime
 from os import cpu_count
 from pathlib import Path
 from types import TracebackType
@@ -23,7 +23,8 @@ from moireid.provenance import AuthorityKey, BadgeHolder, Provenance
 from moireid.question import Question
 from moireid.registry.bundle.bundle_file import BundlePerson, check_expiry, read_bundle_file
 from moireid.registry.checkpoints.checkpoint import checkpoint_from
-from moireid.registry.checkpoints.cosignature import Quorum
+from moireid.registry.checkpoints.cosignature import signers
+from moireid.registry.checkpoints.note import VerifierKey
 from moireid.registry.log import Head
 from moireid.registry.look_alikes import folded_skeleton, skeleton
 from moireid.registry.merkle import Tree, leaf_hash
@@ -155,23 +156,18 @@ class Bundle:
         person = self._holders[badge_id]
         return None if person is None else BadgeHolder(person.name, person.revoked, person.line)
 
-    def require_witnesses(self, quorum: Quorum) -> dict[str, datetime]:
+    def require_witnesses(self, witnesses: Sequence[VerifierKey]) -> None:
         """Rely on the bundle only if witnesses have seen the log that it is of.
 
         Parameters
         ----------
-        quorum : Quorum
-            The witnesses, and how many must have signed.
-
-        Returns
-        -------
-        dict of str to datetime
-            Which of them signed the bundle's checkpoint, and when, the newest first.
+        witnesses : sequence of VerifierKey
+            All of them must have signed the bundle's checkpoint.
 
         Raises
         ------
         RegistryError
-            If too few witnesses signed it, or the checkpoint is not that of the bundle's log.
+            If a witness did not sign it, or the checkpoint is not that of the bundle's log.
 
         Notes
         -----
@@ -186,7 +182,7 @@ class Bundle:
                 "it; fetch a newer one",
                 code="forked",
             )
-        return quorum.signers(checkpoint.note, source)
+        signers(witnesses, checkpoint.note, source)
 
     def _extends(self, seen: Head) -> bool:
         """Whether its log, all of which is signed, goes on from an earlier head."""
