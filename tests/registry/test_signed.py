@@ -103,7 +103,7 @@ def test_signature_can_be_checked_without_moireid(url, registry):
     text = json.dumps(fields, separators=(",", ":"), sort_keys=True).encode()
     (top,) = rows_of(url, "SELECT * FROM authority")
     key = Ed25519PublicKey.from_public_bytes(bytes.fromhex(top["public_key"]))
-    key.verify(bytes.fromhex(row["signature"]), b"moireid registry record 1\n" + text)
+    key.verify(bytes.fromhex(row["signature"]), b"moireid registry record 2\n" + text)
     entry = rows_of(url, "SELECT * FROM log ORDER BY seq")[-1]
     assert entry["record_sha256"] == sha256_hex(text) and (entry["action"], entry["seq"]) == ("enroll", 2)
     said = {key: entry[key] for key in ("action", "actor", "record_sha256", "seq", "subject", "time")}
