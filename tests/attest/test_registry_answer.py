@@ -90,7 +90,6 @@ def test_what_the_authority_itself_signed_holds_by_the_registry(desk: Desk) -> N
     ("changes", "part", "words"),
     [
         ({"badge": {"name": "Ana Bella"}}, "badge", "is 'Ana''s, and not 'Ana Bella''s"),
-        ({"badge": {"line": "Editor"}}, "badge", "has no line below the name, and the report 'Editor'"),
         ({"registry": None, "claim_source": "file"}, "registry", "what a file said"),
         ({"registry": {"fingerprint": "ab" * 16}}, "registry", "this is another registry"),
     ],

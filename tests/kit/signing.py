@@ -70,9 +70,9 @@ def pem_of_certificates(*certificates: x509.Certificate) -> bytes:
 
 
 def certified_key(path: Path, kind: str, name: str = "Desk") -> Private:
-    """A key with its certificate and its authority's in one file; the key is in the middle, as files may be so."""
+    """A key with its certificate and its authority's in one file."""
     root, key = new_key("p256"), new_key(kind)
     own = certificate(name, key, "Root", root)
     above = certificate("Root", root, "Root", root, authority=True)
-    path.write_bytes(pem_of_certificates(above) + pem_of(key) + pem_of_certificates(own))
+    path.write_bytes(pem_of(key) + pem_of_certificates(own, above))
     return key

@@ -120,7 +120,7 @@ def test_empty_file_is_no_registry_until_it_is_made_one(path):
 
 @pytest.mark.parametrize(
     ("change", "found"),
-    [("UPDATE schema_version SET version = 9", "8"), ("DELETE FROM schema_version", "none")],
+    [("UPDATE schema_version SET version = 9", "9"), ("DELETE FROM schema_version", "none")],
 )
 @pytest.mark.parametrize("create", [False, True])
 def test_other_schema_version_is_refused(url, change, found, create):

@@ -1,4 +1,4 @@
-"""The signed statement as a DSSE envelope: made with one signature, and read strictly.
+"""The signed statement as a DSSE envelope, made with one signature.
 
 Next to the signature the envelope has the public key and its certificates.
 These are not signed, so they prove nothing.  They allow a check without a key at hand.
@@ -28,15 +28,12 @@ from moireid.attest.signing_keys import (
     is_known,
     public_pem,
 )
-from moireid.attest.statement import strict_base64, strict_object
 from moireid.errors import SpecError
-from moireid.files import open_regular
+from moireid.files import read_regular
 
 PAYLOAD_TYPE = "application/vnd.in-toto+json"
 #: Largest envelope, bytes: a hundred times the report of an hour of film.
 MOST_BYTES = 16 << 20
-#: Most certificates of a chain.
-MOST_CERTIFICATES = 10
 
 
 class Broken(Exception):
@@ -111,65 +108,28 @@ def signed_envelope(payload: bytes, key: SigningKey) -> str:
 
 
 def read_envelope(path: Path) -> bytes:
-    """An envelope's file, as far as one may be long.  Raises: SpecError where it cannot be read."""
+    """An envelope's file.  Raises: SpecError where it cannot be read, or is too long for one."""
     try:
-        with open_regular(path) as stream:
-            return stream.read(MOST_BYTES + 1)
+        return read_regular(path, MOST_BYTES)
     except OSError as error:
         raise SpecError(f"envelope {path} cannot be read ({error.strerror}); check its name and rights") from error
 
 
 def opened(content: bytes) -> EnvelopeParts:
-    """The parts of an envelope.  Raises: Broken where it is not spelled as one."""
-    if len(content) > MOST_BYTES:
-        raise Broken("envelope", f"The file is larger than {MOST_BYTES} bytes, and so no signed verdict of moireid.")
+    """The parts of an envelope.  Raises: Broken where it is none."""
     try:
-        document = strict_object(content)
-    except ValueError as error:
-        raise Broken("envelope", f"The file is no signed verdict: {error}.") from error
-    if not isinstance(document.get("signatures"), list) or not {"payload", "payloadType"} <= document.keys():
-        raise Broken("envelope", "The file is no signed verdict: it is not a DSSE envelope.")
-    if document["payloadType"] != PAYLOAD_TYPE:
+        document = json.loads(content)
+        kind, (signature,) = document["payloadType"], document["signatures"]
+        payload, signed = (base64.b64decode(one, validate=True) for one in (document["payload"], signature["sig"]))
+        key = serialization.load_pem_public_key(signature["publicKey"].encode())
+        certificates = tuple(certificate_of(one) for one in signature.get("certificates", ()))
+        named = signature["keyid"]
+    except (ValueError, TypeError, LookupError, AttributeError, RecursionError, UnsupportedAlgorithm) as error:
+        raise Broken("envelope", "The file is no signed verdict, or was cut or changed.") from error
+    if kind != PAYLOAD_TYPE:
         raise Broken("envelope", f"The envelope's payload type is not {PAYLOAD_TYPE}, so it holds no signed verdict.")
-    if len(document["signatures"]) != 1 or not isinstance(document["signatures"][0], dict):
-        count = len(document["signatures"])
-        raise Broken("envelope", f"The envelope holds {count} signatures, and a verdict has exactly one.")
-    signature = document["signatures"][0]
-    key = _key(signature.get("publicKey"))
-    if signature.get("keyid") != SSlibKey.from_crypto(key).keyid:
-        raise Broken("signature", "The key's name next to the signature is not that of the key there.")
-    return EnvelopeParts(
-        _decoded("report", document["payload"], "The report"),
-        _decoded("signature", signature.get("sig"), "The signature"),
-        key,
-        _certificates(signature.get("certificates", [])),
-    )
-
-
-def _decoded(part: str, text: object, name: str) -> bytes:
-    try:
-        return strict_base64(text)
-    except ValueError as error:
-        raise Broken(part, f"{name} in the envelope was changed, or cut: {error}.") from error
-
-
-def _key(text: object) -> PublicKey:
-    """The key next to the signature; its text must be as `public_pem` writes it."""
-    try:
-        if not isinstance(text, str):
-            raise ValueError("no text")
-        key = serialization.load_pem_public_key(text.encode())
-    except (ValueError, UnsupportedAlgorithm) as error:
-        raise Broken("signature", "The public key next to the signature was changed, or is missing.") from error
     if not isinstance(key, PublicKey) or not is_known(key):
         raise Broken("signature", "The public key next to the signature is neither Ed25519 nor ECDSA on P-256.")
-    return key
-
-
-def _certificates(texts: object) -> tuple[x509.Certificate, ...]:
-    if not isinstance(texts, list) or len(texts) > MOST_CERTIFICATES:
-        raise Broken("certificate", f"The certificates are no list of up to {MOST_CERTIFICATES}.")
-    try:
-        return tuple(certificate_of(str(text)) for text in texts)
-    except ValueError as error:
-        raise Broken("certificate", "A certificate in the envelope was changed, or cut.") from error
+    if named != SSlibKey.from_crypto(key).keyid:
+        raise Broken("signature", "The key's name next to the signature is not that of the key there.")
+    return EnvelopeParts(payload, signed, key, certificates)

@@ -42,7 +42,7 @@ def held_against(found: CheckResult, holder: BadgeHolder, authority: AuthorityKe
     Returns
     -------
     CheckResult
-        With a fault where name, line or authority are others, where the badge was revoked, and, if nothing else says
+        With a fault where name or authority are others, where the badge was revoked, and, if nothing else says
         whom to expect, where the authority's key did not sign it.
 
     Notes
@@ -72,10 +72,6 @@ def _record_faults(report: dict[str, Any], holder: BadgeHolder, authority: Autho
     badge, faults = report["badge"], []
     if not holder.erased and not _same(badge["name"], holder.name):
         words = f"The registry says that this badge is {holder.name[:80]!r}'s, and not {badge['name'][:80]!r}'s."
-        faults.append(Broken("badge", words))
-    if not holder.erased and badge.get("line") is not None and not _same(badge["line"], holder.line or ""):
-        own = "no line" if holder.line is None else f"the line {holder.line[:80]!r}"
-        words = f"The registry has {own} below the name, and the report {badge['line'][:80]!r}."
         faults.append(Broken("badge", words))
     asked = report["registry"]
     if asked is None:
