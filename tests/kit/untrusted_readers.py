@@ -108,7 +108,7 @@ def read_bundle(path: Path) -> None:
         bundle.layouts()
         bundle.authority_key()
         bundle.holder_of("010204")
-        for claim in ("Ada", "Bo", "Cy, Editor"):
+        for claim in ("Ada", "Bo", "Cy"):
             bundle.claimed(claim)
 
 
