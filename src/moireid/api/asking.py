@@ -96,15 +96,13 @@ def claim_context(
         def look_up(document: Mapping[str, Any]) -> Circumstances:
             # If the claimed identity was read, the holder is known already.
             other = read_id(document) if document["identity"]["verdict"] == "mismatch" else None
-            soon = not isinstance(held, Bundle) or held.opens_soon
             return Circumstances(
                 datetime.now(UTC),
                 claim=claim,
                 barred=found.barred,
-                read=people_in(held).holder(other) if soon and isinstance(other, str) else None,
+                read=people_in(held).holder(other) if isinstance(other, str) else None,
                 standing=standing,
                 registry=_name(held),
-                looked_up=soon,
             )
 
         yield replace(found, provenance=replace(found.provenance, standing=standing)), look_up

@@ -8,7 +8,6 @@ from pathlib import Path
 from moireid.badge import Badge
 from moireid.errors import RegistryError
 from moireid.provenance import Standing
-from moireid.registry.bundle.bundle_file import Header
 from moireid.registry.bundle.publish import Progress, publish
 from moireid.registry.checkpoints.checkpoint import ORIGIN, Checkpoint, sign_checkpoint
 from moireid.registry.checkpoints.cosignature import signers
@@ -160,7 +159,7 @@ class PublicView(RegistryQueries):
         overwrite: bool = False,
         progress: Progress | None = None,
         checkpoint: Checkpoint | None = None,
-    ) -> Header:
+    ) -> tuple[int, str]:
         """Write a trust bundle, whole or not at all.
 
         Parameters
@@ -181,8 +180,8 @@ class PublicView(RegistryQueries):
 
         Returns
         -------
-        Header
-            How many people it holds, of which head, and until when it counts.
+        tuple of int and str
+            How many people it holds, and until when it counts.
 
         Raises
         ------

@@ -160,10 +160,12 @@ def registry_publish(
 
     kept = None if source is None else read_checkpoint(source)
     with progress_bar("sealing identities") as progress:
-        made = registry.publish(path, specimen_of, days=days, overwrite=overwrite, progress=progress, checkpoint=kept)
+        people, expires = registry.publish(
+            path, specimen_of, days=days, overwrite=overwrite, progress=progress, checkpoint=kept
+        )
         fingerprint = registry.fingerprint
     if as_json:
-        document = {"file": str(path), "people": made.people, "head": made.head, "expires": made.expires}
+        document = {"file": str(path), "people": people, "head": registry.head(), "expires": expires}
         show_json(document | {"fingerprint": fingerprint})
     else:
-        echo(f"{path}: {made.people} people, counts until {made.expires}, signed by {fingerprint}")
+        echo(f"{path}: {people} people, counts until {expires}, signed by {fingerprint}")

@@ -25,16 +25,13 @@ from moireid.registry.bundle.bundle_file import BundlePerson, check_expiry, read
 from moireid.registry.checkpoints.checkpoint import checkpoint_from
 from moireid.registry.checkpoints.cosignature import signers
 from moireid.registry.checkpoints.note import VerifierKey
-from moireid.registry.log import Head
 from moireid.registry.look_alikes import folded_skeleton, skeleton
-from moireid.registry.merkle import Tree, leaf_hash
+from moireid.registry.merkle import Tree
 from moireid.registry.rollback import LogState, standing_of
 from moireid.registry.seen import recall
 
 #: At most this many people whose names look alike are named.
 MOST_ALIKE = 3
-#: Up to this many people the holder of a badge that was read is looked up: 2 s of one processor at 0.4 ms a seal.
-MOST_SEALS = 5000
 #: An identity in hex digits, as a claim.
 _ID = re.compile(r"[0-9a-f]{6}|[0-9a-f]{16}|[0-9a-f]{32}")
 
@@ -53,8 +50,6 @@ class Bundle:
     ----------
     standing : Standing
         Authority, head and expiry.
-    opens_soon : bool
-        Whether it holds so few people that `holder_of` takes no more than 2 s.
 
     Raises
     ------
@@ -67,23 +62,25 @@ class Bundle:
     def __init__(self, path: Path | str, trust: str | None = None) -> None:
         self.path = Path(path)
         header, self.authority, self._content = read_bundle_file(self.path)
-        self._head = Head.parse(header.head)
+        source = f"of bundle {path}"
+        self._checkpoint = checkpoint_from(self._content.checkpoint, f"the text {source}")
+        self._checkpoint.check(self.authority, source)
         #: Of ids that were tried on every seal.
         self._holders: dict[str, BundlePerson | None] = {}
-        self.opens_soon = len(self._content.people) <= MOST_SEALS
-        # Both were signed together; a bundle in which they differ was made by another program.
-        if self._content.hash_at(self._head.seq) is None:
+        leaves = self._content.leaves
+        if (len(leaves), Tree(leaves).root()) != (self._checkpoint.size, self._checkpoint.root):
             raise RegistryError(
-                f"bundle {path} cannot be read (its head is not the end of its log); fetch one that this moireid's "
-                "version wrote"
+                f"bundle {path} holds a checkpoint of another log than its own, so its witnesses say nothing of it; "
+                "fetch a newer one",
+                code="forked",
             )
         check_expiry(header, self.path)
         log = LogState(
             f"bundle {path}",
             f"bundle:{self.path.absolute()}",
             self.authority.fingerprint,
-            self._head,
-            self._extends,
+            self._checkpoint.head,
+            lambda seen: Tree(leaves[: seen.seq]).root().hex() == seen.hash,
         )
         self.standing = standing_of(log, recall(log.place), trust, header.expires)
 
@@ -167,30 +164,13 @@ class Bundle:
         Raises
         ------
         RegistryError
-            If a witness did not sign it, or the checkpoint is not that of the bundle's log.
+            If one did not.
 
         Notes
         -----
         Witnesses see the log, and not who is in the bundle: for that its authority alone vouches.
         """
-        source = f"of bundle {self.path}"
-        checkpoint = checkpoint_from(self._content.checkpoint, f"the text {source}")
-        checkpoint.check(self.authority, source)
-        if checkpoint.head != self._head:
-            raise RegistryError(
-                f"bundle {self.path} holds a checkpoint of another log than its own, so its witnesses say nothing of "
-                "it; fetch a newer one",
-                code="forked",
-            )
-        signers(witnesses, checkpoint.note, source)
-
-    def _extends(self, seen: Head) -> bool:
-        """Whether its log, all of which is signed, goes on from an earlier head."""
-        if seen == self._head:
-            return True
-        leaves = [leaf_hash(self._content.hash_at(seq) or b"") for seq in range(1, self._head.seq + 1)]
-        roots = [Tree(leaves[: head.seq]).root().hex() for head in (seen, self._head)]
-        return roots == [seen.hash, self._head.hash]
+        signers(witnesses, self._checkpoint.note, f"of bundle {self.path}")
 
     def authority_key(self) -> AuthorityKey:
         """The key by which its authority signs.

@@ -47,7 +47,7 @@ def publish(
     overwrite: bool,
     progress: Progress | None,
     checkpoint: Checkpoint | None,
-) -> Header:
+) -> tuple[int, str]:
     """What `Registry.publish` does."""
     planned([path], overwrite=overwrite, kept=[sqlite_file(ledger.url)])
     signer = ledger.signer()
@@ -70,20 +70,12 @@ def publish(
         records, layouts = _records(ledger, connection, specimen, versions)
     people = _people(records, progress)
     content = msgspec.json.encode(BundleContent(checkpoint.note, b"".join(entries), layouts, people))
-    issued = now()
-    header = Header(
-        key=signer.authority.public_hex,
-        issued=issued.strftime(TIME),
-        expires=(issued + timedelta(days=days)).strftime(TIME),
-        head=str(head),
-        people=len(people),
-        length=len(content),
-        sha256=sha256_hex(content),
-    )
+    expires = (now() + timedelta(days=days)).strftime(TIME)
+    header = Header(signer.authority.public_hex, expires, sha256_hex(content))
     with whole_file(path) as temporary:
         temporary.write_bytes(header.sealed_file(signer, content))
         read_bundle_file(temporary)
-    return header
+    return len(people), expires
 
 
 def _records(

@@ -41,8 +41,6 @@ class Circumstances:
         Authority and head of the registry, or of its bundle, that was asked; None if none was.
     registry : str, optional
         Name of the registry or bundle, without its place; None if it is not to be shown.
-    looked_up : bool
-        Whether `read` was searched among all holders in the registry; a large bundle's seals take too long.
     """
 
     checked_at: datetime
@@ -52,7 +50,6 @@ class Circumstances:
     read: BadgeHolder | None = None
     standing: Standing | None = None
     registry: str | None = None
-    looked_up: bool = True
 
     @property
     def bundle(self) -> str | None:

@@ -180,11 +180,9 @@ def _another(held: bool, claimed: ClaimNote, known: Circumstances) -> Headline:
         advice = "Do not take this film as one of that badge. Ask who can be seen in it."
     if read is None:
         where = "registry" if known.bundle is None else "bundle"
-        unknown = known.standing and known.looked_up
+        unknown = known.standing
         other = f"held by no one in this {where}, and" if unknown else "another badge,"
         text = f"{law}, but it is not {claimed.whose}."
-        if not known.looked_up:
-            text += " The bundle keeps identities sealed, and holds too many to look up whose badge it is."
         return Headline("reject", f"{genuine}{other} not {claimed.possessive}", text, advice)
     holder, title = read.name, f"{genuine}{read.name}'s, not {claimed.possessive}"
     if claimed.vouched and read.name == claimed.name:
