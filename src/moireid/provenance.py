@@ -75,26 +75,19 @@ FROM_FILE, OWN_CLAIM = Provenance("file"), Provenance()
 
 
 @dataclass(frozen=True)
-class Exclusion:
-    """Why a badge does not count at present.
+class Revocation:
+    """Why a badge does not count.
 
-    code: revoked for good, suspended until it is reinstated, or expired; at: since when, UTC, ISO 8601, of an expired
-    one the last day on which it counted; reason: as the registry has it, of an expired one that day again; since: the
-    day from which on a revoked one may have been in other hands, where that is known.
+    at: since when, UTC, ISO 8601; reason: as the registry has it.
     """
 
-    code: Literal["revoked", "suspended", "expired"]
     at: str
     reason: str
-    since: str | None = None
 
     @property
     def text(self) -> str:
         """In a sentence, of the claimed badge."""
-        if self.code == "expired":
-            return f"The claimed badge expired: {self.reason} was its last day."
-        compromised = f" It counts as compromised since {self.since}." if self.since else ""
-        return f"The claimed badge was {self.code}: {self.reason}.{compromised}"
+        return f"The claimed badge was revoked: {self.reason}."
 
 
 @dataclass(frozen=True)
@@ -105,7 +98,7 @@ class BadgeHolder:
     """
 
     name: str
-    barred: Exclusion | None = None
+    barred: Revocation | None = None
     line: str | None = None
     erased: bool = False
 

@@ -13,7 +13,7 @@ from moireid.asbuilt import AsBuilt, DatedFigures
 from moireid.badge import Badge
 from moireid.errors import SpecError
 from moireid.names import line_of
-from moireid.provenance import OWN_CLAIM, Exclusion, Provenance, Seal
+from moireid.provenance import OWN_CLAIM, Provenance, Revocation, Seal
 
 CheckLevel = Literal["record", "enrolled", "live"]
 #: Width over height of film and calibration differ by this share at most, else one of them shows a part of the picture.
@@ -91,7 +91,7 @@ class Question:
         it was made.
     replaced_at : str, optional
         Since when other figures are in use, if `as_built` is an earlier set.
-    barred : Exclusion, optional
+    barred : Revocation, optional
         Why the badge does not count; None where it does.
     provenance : Provenance
         Where the claim comes from.
@@ -123,7 +123,7 @@ class Question:
     as_built_at: str | None = None
     earlier: tuple[DatedFigures, ...] = ()
     replaced_at: str | None = None
-    barred: Exclusion | None = None
+    barred: Revocation | None = None
     provenance: Provenance = OWN_CLAIM
     camera: KnownCamera | None = None
     track: int | None = None

@@ -17,7 +17,7 @@ CHANGES = {
     "subject, record_sha256, actor, hash, signature FROM was; DROP TABLE was;",
     "no log": "DROP TABLE log;",
     "log as a view": "ALTER TABLE log RENAME TO was; CREATE VIEW log AS SELECT * FROM was;",
-    "a column less": "ALTER TABLE badges DROP COLUMN expires;",
+    "a column less": "ALTER TABLE badges DROP COLUMN revoked_reason;",
 }
 
 

@@ -157,7 +157,7 @@ def test_copy_catches_up_without_the_private_key(url, full, exported, target, mo
 def test_copies_that_both_grew_are_forks(url, full, exported, target, tmp_path):
     """Catches: a log that takes in what another signed in the place of its own; half of an import."""
     import_registry(exported, target)
-    full.suspend("Ada", "mislaid")
+    full.revoke("Ada", "mislaid")
     with open_registry(target, create=False) as copy:
         copy.enroll(badge_of("Ed"))
         full.export(tmp_path / "a.sqlite3")

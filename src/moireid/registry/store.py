@@ -3,7 +3,7 @@
 It inherits its other methods from `queries.py`, `changes.py` and `public_view.py`.
 
 An issued badge is never changed: enrolling the very same badge again returns the existing record, revoked or not.
-What is added later, a revocation, a suspension or measured figures, is signed and logged like the issue itself.
+What is added later, a revocation or measured figures, is signed and logged like the issue itself.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ from moireid.errors import RegistryError
 from moireid.registry.audit import audit
 from moireid.registry.audit_findings import Audit
 from moireid.registry.canonical import utc_now
-from moireid.registry.changes import RegistryChanges, expiry_day
+from moireid.registry.changes import RegistryChanges
 from moireid.registry.checkpoints.checkpoint import Checkpoint
-from moireid.registry.checkpoints.cosignature import Quorum
+from moireid.registry.checkpoints.note import VerifierKey
 from moireid.registry.engine import chunks, default_url, read_url, sqlite_file
 from moireid.registry.keys import account, checked_actor, key_path, keys_folder
 from moireid.registry.ledger import Ledger, Transaction, open_ledger
@@ -154,15 +154,13 @@ class Registry(RegistryChanges, PublicView):
         """
         return str(self._ledger.head())
 
-    def enroll(self, badge: Badge, *, expires: str | None = None) -> Record:
+    def enroll(self, badge: Badge) -> Record:
         """Issue a badge.
 
         Parameters
         ----------
         badge : Badge
             With an id and a name.
-        expires : str, optional
-            The last day on which it counts, in UTC, such as 2027-05-03; None: it does not expire.
 
         Returns
         -------
@@ -173,19 +171,17 @@ class Registry(RegistryChanges, PublicView):
         ------
         RegistryError
             If the badge has no id, or a name that cannot be claimed or holds invisible letters; if its id is issued
-            already to another name, with another badge or another day of expiry, or was an erased person's.
+            already to another name or with another badge, or was an erased person's.
         SpecError
-            If the badge breaks its own schema, or `expires` is no day, or is in the past.
+            If the badge breaks its own schema.
 
         Notes
         -----
         `look_alikes` finds people whose names look like this one.
         """
-        return self.enroll_many([badge], expires=expires)[0]
+        return self.enroll_many([badge])[0]
 
-    def enroll_many(
-        self, issued: Iterable[Badge], progress: Progress | None = None, *, expires: str | None = None
-    ) -> list[Record]:
+    def enroll_many(self, issued: Iterable[Badge], progress: Progress | None = None) -> list[Record]:
         """Issue many badges, five hundred at a time.
 
         Parameters
@@ -194,8 +190,6 @@ class Registry(RegistryChanges, PublicView):
             A badge that is enrolled already stays as it is, so an interrupted batch can be run again.
         progress : callable, optional
             Called with badges done and in all, None if `issued` has no length.
-        expires : str, optional
-            As `enroll`, of all of them.
 
         Returns
         -------
@@ -209,11 +203,10 @@ class Registry(RegistryChanges, PublicView):
         SpecError
             As `enroll`.
         """
-        last_day = None if expires is None else expiry_day(expires)
         total = len(issued) if isinstance(issued, Sized) else None
         done: list[Record] = []
         for some in chunks(issued):
-            records = [new_record(badge, self.shown_url, utc_now(), last_day) for badge in some]
+            records = [new_record(badge, self.shown_url, utc_now()) for badge in some]
             with self._ledger.writing(self.actor) as transaction:
                 done += _enter(transaction, records)
             if progress:
@@ -224,7 +217,7 @@ class Registry(RegistryChanges, PublicView):
         self,
         progress: Progress | None = None,
         since: Sequence[Checkpoint] = (),
-        quorum: Quorum | None = None,
+        witnesses: Sequence[VerifierKey] = (),
     ) -> Audit:
         """Check the whole log and all records, and report every fault.
 
@@ -234,8 +227,8 @@ class Registry(RegistryChanges, PublicView):
             Called with entries and records done and in all.
         since : sequence of Checkpoint
             Checkpoints that others keep; the log must still begin as they say.
-        quorum : Quorum, optional
-            The witnesses that must have signed one of these checkpoints.
+        witnesses : sequence of VerifierKey
+            All of them must have signed one of these checkpoints.
 
         Returns
         -------
@@ -251,7 +244,7 @@ class Registry(RegistryChanges, PublicView):
         -----
         `moireid.registry.audit` lists what an audit cannot show.
         """
-        return audit(self._ledger, progress, since, quorum)
+        return audit(self._ledger, progress, since, witnesses)
 
     def export(self, path: Path | str, *, overwrite: bool = False, progress: Progress | None = None) -> int:
         """Copy records, log and public key to a file, whole or not at all: a registry of its own, without the key.
@@ -297,7 +290,7 @@ def _enter(transaction: Transaction, records: Sequence[Record]) -> list[Record]:
 
 
 def _check_same(record: Record, holder: Record) -> None:
-    """Raise RegistryError unless both are of the very same badge, and no other day of expiry is asked for."""
+    """Raise RegistryError unless both are of the very same badge."""
     # Texts of one badge may differ if a whole number is written with or without its point.
     if holder.badge_json != record.badge_json and holder.badge != record.badge:
         other = "with another badge " if holder.name == record.name else ""
@@ -307,14 +300,6 @@ def _check_same(record: Record, holder: Record) -> None:
             id=record.id,
             holder=holder.name,
             issued_at=holder.issued_at,
-        )
-    if record.expires not in (None, holder.expires):
-        now = f"expires on {holder.expires}" if holder.expires else "has no day of expiry"
-        raise RegistryError(
-            f"badge {record.id} of {holder.name!r} was issued on {holder.issued_at} and {now}, which stays; print "
-            "another badge for another day, or leave expires= out",
-            id=record.id,
-            expires=holder.expires,
         )
 
 

@@ -89,7 +89,7 @@ def test_rows_wear_their_own_pictures_and_namesakes_are_distinguished(visit: Vis
     both = visit.ask("POST", "/api/jobs", "verifier", files=film["files"], data={"claim": "Ana Silva"})
     assert both.status_code == 409 and ids[0] not in both.json()["text"]
     again = html.unescape(sent(visit, "name,line1\nAna Silva,Editor\nAna Silva,Guest\nBob,\n", []).text)
-    assert again.count(" has the name too, so claims") == 2
+    assert again.count(" has the name too, so claims") == 3
     record = visit.ask("POST", "/issue", "issuer", data={"name": "Ana Silva", "lines": "Guest", "do": "check"}).text
     assert "which badge is meant by its id" in record and "(<bdi>Editor</bdi>)" in record
 

@@ -20,7 +20,7 @@ TEMPLATES = ("plain", "conference", "newsroom", "court", "webcam", "banner", "ca
 PICTURE = click.Path(path_type=Path, dir_okay=False)
 #: The headings of the help, and the options below each.
 GROUPS = {
-    "What is made": "out people again payload registry expires overwrite explain json help",
+    "What is made": "out people again payload registry overwrite explain json help",
     "Size and distance": "format orientation size range",
     "Looks": "template line logo portrait color",
     "Sheet and fringes": "lens lens-thickness front axes markers",

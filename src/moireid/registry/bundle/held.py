@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import re
 import unicodedata
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
-from datetime import datetime
 from os import cpu_count
 from pathlib import Path
 from types import TracebackType
@@ -23,17 +23,15 @@ from moireid.provenance import AuthorityKey, BadgeHolder, Provenance
 from moireid.question import Question
 from moireid.registry.bundle.bundle_file import BundlePerson, check_expiry, read_bundle_file
 from moireid.registry.checkpoints.checkpoint import checkpoint_from
-from moireid.registry.checkpoints.cosignature import Quorum
-from moireid.registry.log import Head
+from moireid.registry.checkpoints.cosignature import signers
+from moireid.registry.checkpoints.note import VerifierKey
 from moireid.registry.look_alikes import folded_skeleton, skeleton
-from moireid.registry.merkle import Tree, leaf_hash
+from moireid.registry.merkle import Tree
 from moireid.registry.rollback import LogState, standing_of
 from moireid.registry.seen import recall
 
 #: At most this many people whose names look alike are named.
 MOST_ALIKE = 3
-#: Up to this many people the holder of a badge that was read is looked up: 2 s of one processor at 0.4 ms a seal.
-MOST_SEALS = 5000
 #: An identity in hex digits, as a claim.
 _ID = re.compile(r"[0-9a-f]{6}|[0-9a-f]{16}|[0-9a-f]{32}")
 
@@ -52,8 +50,6 @@ class Bundle:
     ----------
     standing : Standing
         Authority, head and expiry.
-    opens_soon : bool
-        Whether it holds so few people that `holder_of` takes no more than 2 s.
 
     Raises
     ------
@@ -66,23 +62,25 @@ class Bundle:
     def __init__(self, path: Path | str, trust: str | None = None) -> None:
         self.path = Path(path)
         header, self.authority, self._content = read_bundle_file(self.path)
-        self._head = Head.parse(header.head)
+        source = f"of bundle {path}"
+        self._checkpoint = checkpoint_from(self._content.checkpoint, f"the text {source}")
+        self._checkpoint.check(self.authority, source)
         #: Of ids that were tried on every seal.
         self._holders: dict[str, BundlePerson | None] = {}
-        self.opens_soon = len(self._content.people) <= MOST_SEALS
-        # Both were signed together; a bundle in which they differ was made by another program.
-        if self._content.hash_at(self._head.seq) is None:
+        leaves = self._content.leaves
+        if (len(leaves), Tree(leaves).root()) != (self._checkpoint.size, self._checkpoint.root):
             raise RegistryError(
-                f"bundle {path} cannot be read (its head is not the end of its log); fetch one that this moireid's "
-                "version wrote"
+                f"bundle {path} holds a checkpoint of another log than its own, so its witnesses say nothing of it; "
+                "fetch a newer one",
+                code="forked",
             )
         check_expiry(header, self.path)
         log = LogState(
             f"bundle {path}",
             f"bundle:{self.path.absolute()}",
             self.authority.fingerprint,
-            self._head,
-            self._extends,
+            self._checkpoint.head,
+            lambda seen: Tree(leaves[: seen.seq]).root().hex() == seen.hash,
         )
         self.standing = standing_of(log, recall(log.place), trust, header.expires)
 
@@ -153,48 +151,26 @@ class Bundle:
             found = self._of_id(badge_id)[:1]
             self._holders[badge_id] = found[0] if found else None
         person = self._holders[badge_id]
-        return None if person is None else BadgeHolder(person.name, person.state.barred(), person.line)
+        return None if person is None else BadgeHolder(person.name, person.revoked, person.line)
 
-    def require_witnesses(self, quorum: Quorum) -> dict[str, datetime]:
+    def require_witnesses(self, witnesses: Sequence[VerifierKey]) -> None:
         """Rely on the bundle only if witnesses have seen the log that it is of.
 
         Parameters
         ----------
-        quorum : Quorum
-            The witnesses, and how many must have signed.
-
-        Returns
-        -------
-        dict of str to datetime
-            Which of them signed the bundle's checkpoint, and when, the newest first.
+        witnesses : sequence of VerifierKey
+            All of them must have signed the bundle's checkpoint.
 
         Raises
         ------
         RegistryError
-            If too few witnesses signed it, or the checkpoint is not that of the bundle's log.
+            If one did not.
 
         Notes
         -----
         Witnesses see the log, and not who is in the bundle: for that its authority alone vouches.
         """
-        source = f"of bundle {self.path}"
-        checkpoint = checkpoint_from(self._content.checkpoint, f"the text {source}")
-        checkpoint.check(self.authority, source)
-        if checkpoint.head != self._head:
-            raise RegistryError(
-                f"bundle {self.path} holds a checkpoint of another log than its own, so its witnesses say nothing of "
-                "it; fetch a newer one",
-                code="forked",
-            )
-        return quorum.signers(checkpoint.note, source)
-
-    def _extends(self, seen: Head) -> bool:
-        """Whether its log, all of which is signed, goes on from an earlier head."""
-        if seen == self._head:
-            return True
-        leaves = [leaf_hash(self._content.hash_at(seq) or b"") for seq in range(1, self._head.seq + 1)]
-        roots = [Tree(leaves[: head.seq]).root().hex() for head in (seen, self._head)]
-        return roots == [seen.hash, self._head.hash]
+        signers(witnesses, self._checkpoint.note, f"of bundle {self.path}")
 
     def authority_key(self) -> AuthorityKey:
         """The key by which its authority signs.
@@ -227,7 +203,7 @@ class Bundle:
             as_built=None if own is None else own.as_built,
             as_built_at=None if own is None else own.at,
             earlier=tuple(sets),
-            barred=person.state.barred(),
+            barred=person.revoked,
             provenance=Provenance("bundle", alike=self._alike(person.name), standing=self.standing),
         )
 

@@ -15,7 +15,7 @@ from moireid.verifier.explanations.words import WORDS, Parameters, does
 Finding = Mapping[str, Any]
 #: The most important codes come first; all others follow in the order in which they were found.
 WEIGHTIEST = (
-    *("revoked", "suspended", "expired"),
+    "revoked",
     *("name", "identities", "identity", "beats", "enrolled", "genuine", "built", "cells_move"),
     # Rivals of the law that name a motion of the fringes; the last but one only says that they move otherwise.
     *("explanations", "still", "drift", "late", "place", "another_gain", "own_motion", "spell"),

@@ -7,7 +7,7 @@ from typing import Any
 
 from moireid.errors import SpecError
 from moireid.names import hidden_letters, hidden_words
-from moireid.provenance import Exclusion
+from moireid.provenance import Revocation
 from moireid.question import Question
 from moireid.verifier.decision.sheet_gain import SheetGain, as_built, designed, to_measure
 from moireid.verifier.identity.decode import Identity
@@ -44,9 +44,9 @@ def claim_reasons(question: Question, identity: Identity) -> tuple[Reason, ...]:
     return tuple(reason for reason in found if reason is not None)
 
 
-def barred_finding(barred: Exclusion) -> Reason:
+def barred_finding(barred: Revocation) -> Reason:
     """The finding on a badge that does not count."""
-    return Reason(barred.code, "fail", barred.reason, None, "", barred.text)
+    return Reason("revoked", "fail", barred.reason, None, "", barred.text)
 
 
 def with_badge_notes(document: dict[str, Any], *, measured: bool) -> dict[str, Any]:

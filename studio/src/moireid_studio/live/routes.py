@@ -95,7 +95,5 @@ def claimed_now(studio: Studio, claim: str, *, ids: bool) -> Question:
     found = find_claimed(studio.registry, claim, ids=ids)
     found = replace(found, provenance=replace(found.provenance, standing=standing))
     if (barred := found.barred) is not None:
-        was = "expired" if barred.code == "expired" else f"was {barred.code}"
-        advice = "have it reinstated, or issue another" if barred.code == "suspended" else "issue another"
-        raise RegistryError(f"the badge of {found.badge.name} {was} ({barred.reason}); {advice}")
+        raise RegistryError(f"the badge of {found.badge.name} was revoked ({barred.reason}); issue another")
     return found
