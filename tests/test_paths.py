@@ -14,7 +14,6 @@ from moireid.artwork.pictures import load_picture
 from moireid.badge import load_badge
 from moireid.calibration.camera_fit import camera_from_film
 from moireid.calibration.still import load_pictures
-from moireid.calibration.thickness import thickness_from_film
 from moireid.designer import Order, design_badge
 from moireid.errors import MoireIdError, SpecError
 from moireid.files import as_path
@@ -51,7 +50,6 @@ READERS: dict[str, Callable[[Any], object]] = {
     "load_camera": load_camera,
     "load_pictures": load_pictures,
     "camera_from_film": camera_from_film,
-    "thickness_from_film": lambda path: thickness_from_film(path, BADGE),
     "content_of": content_of,
     "load_picture": lambda path: load_picture(path, "logo"),
     "load_lens_profile": load_lens_profile,
