@@ -69,7 +69,6 @@ def test_a_stranger_gets_to_a_verdict_by_the_readme(tmp_path: Path) -> None:
     assert float(amounts["lens-sheet"]) >= 10 and {"paper", "filament", "lanyard"} <= amounts.keys()
 
     for path, least in [
-        (shopping / "shopping-list.pdf", 1),
         (shopping / "cutting-plan.pdf", 1),
         (desk / "ada" / "badge.pdf", 1),
         (desk / "ada" / "assembly.pdf", 2),
