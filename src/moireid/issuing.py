@@ -122,7 +122,7 @@ def look_of(order: Order) -> Look | None:
     if order.template is None and plain:
         return None
     own = "webcam" if order.format == "webcam" else "plain"
-    return Look(template_named(str(order.template or own)), content, format_named(order.format).corner_mm)
+    return Look(template_named(str(order.template or own)), content)
 
 
 def draw(order: Order, holder_of: HolderOf | None, taken: Collection[str] = ()) -> tuple[Badge, str | None]:

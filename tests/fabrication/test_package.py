@@ -12,16 +12,12 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pypdfium2 as pdfium
 import pytest
 from click.testing import CliRunner, Result
 
 from moireid.cli.main import moireid
-from moireid.designer import Order, design_badge
 from moireid.fabrication import package
-from moireid.fabrication.mount_parts import plan_parts
-from moireid.fabrication.page.preview import draw_preview, draw_worn
 
 SHEETS = {"badge.json", "badge.pdf", "preview.png", "preview.webp", "fringes.webp", "assembly.pdf"}
 
@@ -66,16 +62,6 @@ def test_what_cannot_be_made_is_left_out_and_reported(tmp_path: Path) -> None:
     )
     assert refused.exit_code == 2 and "give a spacer (--lens-thickness) of 4.9 mm or less" in refused.stderr
     assert not (tmp_path / "new").exists()
-
-
-@pytest.mark.parametrize(("mount", "hooks"), [("lanyard", 2), ("clip", 1), ("stand", 0), ("none", 1)])
-def test_the_moving_preview_hangs_as_its_mount_does(mount: str, hooks: int) -> None:
-    """Catches: one clip over a tray that has two slots, and a cord on a stand."""
-    badge = design_badge(Order("Ada", format="a6"), bytes(8))
-    shown = draw_worn(badge, draw_preview(badge), plan_parts(badge, mount).hooks_mm, frames=1)[0].convert("L")
-    bare = draw_worn(badge, draw_preview(badge), (), frames=1)[0].convert("L")
-    above = np.array(shown)[50] != np.array(bare)[50]
-    assert np.count_nonzero(np.diff(above.astype(int)) == 1) == hooks
 
 
 def test_files_of_the_badge_before_do_not_stay(tmp_path: Path) -> None:

@@ -259,9 +259,6 @@ def _camera(film: Path | None, out: Path, paper: str, *, unsealed: bool, overwri
 def _say_notes(found: SheetReading) -> None:
     """Say on stderr what the pictures do not show."""
     profile = found.profile
-    if found.thickness is not None and found.thickness.mm is None:
-        why = found.thickness.why
-        say(f"note: the film does not show how thick the sheet is, so the thickness on its label is used: {why}")
     if found.distance_from == "a usual phone":
         say(
             f"note: the focal length is not known, so the camera's distance is guessed to be "
@@ -293,9 +290,6 @@ def _show(read: SheetReading, out: Path, *, as_json: bool) -> None:
         )
         return
     echo(f"{out}: pitch {pitch_mm:.5f} mm, sd {sd_mm:.5f} mm; {profile.name}")
-    if "thickness_sd_mm" in found:
-        thick_mm, thick_sd_mm = profile.lens.thickness_mm, found["thickness_sd_mm"]
-        echo(f"  {thick_mm:.3f} mm thick, sd {thick_sd_mm:.3f} mm, from the fringes' motion")
     echo(f"  {found['bands_used']} of {found['bands']} bands read; the match is at band {found['matching_band']:.2f}")
     echo(f"  the sheet was rotated by {abs(found['twist_deg']):.2f} degrees, which is corrected")
     if ink.um is not None:

@@ -171,7 +171,7 @@ def print_event(
     with made_aside(folder, files, stale, spared, overwrite=overwrite, kept=kept, before_moving=before_moving) as aside:
         # The mount is the same for all, and so is how it is built.
         solids = shape_parts(badges[0], parts)
-        work = partial(_write_person, hooks_mm=parts.hooks_mm, measured_scale=measured_scale)
+        work = partial(_write_person, measured_scale=measured_scale)
         with _shared(work, badges, [aside / name for name in names], processes) as people_made:
             mass_g, mount_figures = write_parts(badges[0], parts, aside, lambda file: None, solids)
             build = BuildPlan(
@@ -203,9 +203,9 @@ def _folders(badges: Sequence[Badge]) -> list[str]:
     return [folder_name(number, badge, digits) for number, badge in enumerate(badges, start=1)]
 
 
-def _write_person(badge: Badge, folder: Path, hooks_mm: Sequence[float], measured_scale: tuple[float, float]) -> None:
+def _write_person(badge: Badge, folder: Path, measured_scale: tuple[float, float]) -> None:
     folder.mkdir()
-    write_sheets(badge, folder, hooks_mm, measured_scale=measured_scale, say=lambda file: None)
+    write_sheets(badge, folder, measured_scale=measured_scale, say=lambda file: None)
 
 
 @contextmanager

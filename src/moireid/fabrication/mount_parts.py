@@ -46,11 +46,6 @@ class Parts:
     mount_plan: MountPlan | None = None
 
     @property
-    def hooks_mm(self) -> tuple[float, ...]:
-        """Where a cord's hooks go in, along x from the middle, mm: one where no mount is printed, none on a stand."""
-        return self.mount_plan[0].slots if self.mount_plan else (0.0,)
-
-    @property
     def files(self) -> tuple[str, ...]:
         """Names of the files that `write_parts` writes."""
         found: list[str] = []

@@ -19,7 +19,7 @@ from moireid.fabrication.assembly.guide import write_assembly_pdf
 from moireid.fabrication.assembly.moving_looks import write_looks
 from moireid.fabrication.mount_parts import PART_FILES, Parts, plan_parts, shape_parts, write_parts
 from moireid.fabrication.page.pdf import write_badge_pdf
-from moireid.fabrication.page.preview import write_preview, write_worn
+from moireid.fabrication.page.preview import write_moving_board, write_preview
 from moireid.fabrication.process_figures import MountFigures
 from moireid.files import AnyPath, as_path, move_together, planned, tidy_folders, write_text
 
@@ -148,7 +148,7 @@ def print_badge(
     # badge.json goes last, so that where it exists all other files exist too.
     with made_aside(folder, names, stale, spared, overwrite=overwrite, kept=kept, before_moving=before_moving) as aside:
         solids = shape_parts(badge, parts)
-        picture = write_sheets(badge, aside, parts.hooks_mm, measured_scale=measured_scale, say=say)
+        picture = write_sheets(badge, aside, measured_scale=measured_scale, say=say)
         say(ASSEMBLY)
         build = BuildPlan(badge, parts.printed, parts.acrylic, parts.figures, maker, parts.mount_plan)
         write_assembly_pdf(build, aside / ASSEMBLY, solids.drawn)
@@ -203,20 +203,15 @@ def made_aside(
 
 
 def write_sheets(
-    badge: Badge,
-    folder: Path,
-    hooks_mm: Sequence[float],
-    *,
-    measured_scale: tuple[float, float],
-    say: Callable[[str], None],
+    badge: Badge, folder: Path, *, measured_scale: tuple[float, float], say: Callable[[str], None]
 ) -> Image.Image:
-    """Write a badge's page, previews and badge.json; hooks_mm: of its mount.  Returns: the board as it was drawn."""
+    """Write a badge's page, previews and badge.json.  Returns: the board as it was drawn."""
     say("badge.pdf")
     write_badge_pdf(badge, folder / "badge.pdf", measured_scale=measured_scale)
     say("preview.png")
     preview = write_preview(badge, folder / "preview.png")
     say(MOVING)
-    write_worn(badge, folder / MOVING, preview, hooks_mm)
+    write_moving_board(badge, folder / MOVING, preview)
     write_text(folder / BADGE_JSON, badge_file(badge))
     return preview
 

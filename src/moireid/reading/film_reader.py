@@ -37,7 +37,7 @@ PROCESSOR_BYTES = 16 << 20
 #: no more frames are drawn, as chapters are not longer.  A report has 0.15 kB for each 4 s of film, 3.3 MB for a day.
 #: As Python objects an answer takes up to thirty times as much.
 ANSWER_BYTES = 8 << 20
-#: Largest file that a process with a folder may write there: a capture record.
+#: Largest file that a process with a folder may write there: as-built figures or a profile.
 WRITTEN_BYTES = 64 << 20
 #: What a process may answer, each a JSON object: other values would take up to thirty times their size in memory.
 ANSWERS = {"result", "pictures"}

@@ -69,7 +69,7 @@ WIDE = 100
     metavar="WxH",
     help="Size of a lens sheet in mm: first across the lenses, then along them.",
 )
-@click.option("--out", "folder", type=FolderPath(), help="Folder for shopping list (PDF, CSV) and cutting plan (PDF).")
+@click.option("--out", "folder", type=FolderPath(), help="Folder for shopping list (CSV) and cutting plan (PDF).")
 @overwrite_option
 @json_option
 @friendly
@@ -133,7 +133,7 @@ def materials_command(
     for path in files.values():
         echo(f"  {path}")
     if not files:
-        echo("Give --out FOLDER for the list as PDF and CSV, and for the cutting plan.")
+        echo("Give --out FOLDER for the list as CSV, and for the cutting plan.")
 
 
 def _show_list(found: ShoppingList) -> None:
