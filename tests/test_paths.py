@@ -51,7 +51,7 @@ READERS: dict[str, Callable[[Any], object]] = {
     "load_camera": load_camera,
     "load_pictures": load_pictures,
     "camera_from_film": camera_from_film,
-    "thickness_from_film": lambda path: thickness_from_film(path, BADGE),
+    "thickness_from_film": lambda path: thickness_from_film(path, BADGE, 1.0),
     "content_of": content_of,
     "load_picture": lambda path: load_picture(path, "logo"),
     "load_lens_profile": load_lens_profile,

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from moireid.calibration.thickness import Thickness, thickness_of_gain, with_thickness
+from moireid.calibration.thickness import Thickness, thickness_of_gain, with_fringes, with_thickness
 from moireid.cli.main import moireid
 from moireid.designer.chart import design_chart
 from moireid.fabrication.page.chart_page import JSON, print_chart
@@ -26,6 +26,17 @@ def test_gain_and_thickness_are_each_other_s_inverse():
         sheet = sheet_lens(chart.lens.pitch_mm, thickness, chart.lens.refractive_index)
         assert thickness_of_gain(chart, effective_gap_mm(sheet, pitch) / own) == pytest.approx(thickness, rel=0.01)
     assert thickness_of_gain(chart, 0.2) is None and thickness_of_gain(chart, 5.0) is None
+
+
+def test_bands_without_a_whole_fringe_say_nothing_of_the_thickness():
+    """Catches: a sheet that is just as its label says, whose own band is taken for rows that move apart."""
+    chart = design_chart("62lpi-27mil")
+    (grating,) = chart.gratings
+    own = {cell.rect_mm for cell in grating.cells} - {
+        cell.rect_mm for cell in with_fringes(chart, 11.0).gratings[0].cells
+    }
+    # 0.1 lines per inch apart on 137 mm, neighbouring bands differ by half a fringe.
+    assert own == {cell.rect_mm for cell in grating.cells[9:12]}
 
 
 def test_a_profile_of_a_thin_sheet_is_read_back(tmp_path):

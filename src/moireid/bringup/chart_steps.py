@@ -61,7 +61,7 @@ def read_charts(folder: BuildFolder, progress: Progress | None) -> Reading:
     thickness, notes = found.thickness, list[str]()
     if photo is not None and film is not None and wish.thickness_mm is None:
         try:
-            thickness = thickness_from_film(film, chart, progress=progress)
+            thickness = thickness_from_film(film, chart, found.profile.found["matching_band"], progress=progress)
         except MediaError as error:
             # The photo shows the rest.
             thickness, notes = Thickness(why="The film cannot be used; the notes say why."), [str(error)]

@@ -98,7 +98,7 @@ def read_sheet(
     if len(pictures) == 1:
         return SheetReading(profile, ink, None, source)
     camera = None if focal_px is None else KnownCamera(focal_px)
-    thickness = thickness_from_film(path, chart, camera=camera, progress=progress)
+    thickness = thickness_from_film(path, chart, profile.found["matching_band"], camera=camera, progress=progress)
     return SheetReading(with_thickness(profile, thickness), ink, thickness, source)
 
 

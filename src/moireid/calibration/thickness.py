@@ -7,7 +7,7 @@ too, as it should for a badge that is built the same way.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import msgspec
 import numpy as np
@@ -35,23 +35,39 @@ class Thickness:
 
 
 def thickness_from_film(
-    film: AnyPath, chart: Badge, *, camera: KnownCamera | None = None, progress: Progress | None = None
+    film: AnyPath,
+    chart: Badge,
+    matching_band: float,
+    *,
+    camera: KnownCamera | None = None,
+    progress: Progress | None = None,
 ) -> Thickness:
-    """The thickness of the sheet on a chart.
+    """The thickness of the sheet on a chart, whose pitch is that of a band; bands between two are fractions.
 
     Convention: in true mm, as the index is that of the label.
     Raises: MediaError where the file is no film.
     Source: module docstring; `verifier.decision.sheet_gain`.
     """
-    report = verify(film, Question(chart, camera=camera, enrolling=True), progress=progress)
-    found = report.invariant
+    chart = with_fringes(chart, matching_band)
+    found = verify(film, Question(chart, camera=camera, enrolling=True), progress=progress).invariant
     if found.verdict != "accept" or found.gain_ratio is None or found.gain_sd is None:
-        why = next((reason.text for reason in found.reasons if reason.level in ("fail", "undecided")), "")
-        return Thickness(why=why)
+        codes = ", ".join(reason.code for reason in found.reasons if reason.level in ("fail", "undecided"))
+        return Thickness(
+            why=f"The bands' fringes show no clear motion ({codes}): film for ten seconds, moving 20 cm to both sides."
+        )
     thickness_mm = thickness_of_gain(chart, found.gain_ratio)
     if thickness_mm is None:
         return Thickness(why=f"No sheet of this pitch moves fringes {found.gain_ratio:.2f} times as far.")
     return Thickness(thickness_mm, thickness_mm * found.gain_sd / found.gain_ratio)
+
+
+def with_fringes(chart: Badge, matching_band: float) -> Badge:
+    """The chart with those bands that have a whole fringe or more: the others have no phase, but brightness alone."""
+    grating = chart.gratings[0]
+    lines = [(grating.rect_mm[2] - grating.rect_mm[0]) / cell.pitch_mm for cell in grating.cells]
+    here = np.interp(matching_band - 1, range(len(lines)), lines)
+    cells = tuple(cell for cell, many in zip(grating.cells, lines, strict=True) if abs(many - here) >= 1)
+    return replace(chart, gratings=(replace(grating, cells=cells),))
 
 
 def thickness_of_gain(chart: Badge, gain: float) -> float | None:
