@@ -16,7 +16,7 @@ from moireid.fabrication.page.chart_page import print_chart
 from moireid.profiles import LensProfile, lens_named, load_lens_profile
 from moireid.verifier.camera.known_camera import load_camera
 
-FOUND = {"unit": "printed page", "bands": 21, "bands_used": 15}
+FOUND = {"unit": "printed page", "bands": 21, "bands_used": 15, "matching_band": 11.0}
 
 
 @pytest.fixture
@@ -26,7 +26,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     print_chart(design_chart(), tmp_path)
     (tmp_path / "sheet-photo.jpg").write_text("a photo")
     profile = LensProfile("mine", lens_named("50lpi"), 2e-5, FOUND)
-    reading = SheetReading(profile, InkGrowth(41.0, 4.0, "", 0.002, 1), "--distance")
+    reading = SheetReading(profile, InkGrowth(41.0, 4.0, "", 0.002, 1), "a tape measure")
     monkeypatch.setattr(chart_steps, "read_sheet", lambda *_, **__: reading)
     return tmp_path
 

@@ -79,8 +79,7 @@ def pitch_test_command(
     """Make a chart that measures a lens sheet's true pitch.
 
     It writes pitch-test.pdf and pitch-test.json. Print the PDF and put the sheet on it. The band that is all light or
-    all dark from edge to edge is the one that matches. Then run `moireid calibrate` with the number of that band, or
-    with a photo.
+    all dark from edge to edge is the one that matches. Then run `moireid calibrate` with a photo.
     """
     from moireid.designer.chart import design_chart
     from moireid.fabrication.page.chart_page import print_chart
@@ -107,7 +106,9 @@ def pitch_test_command(
     )
     for path in files.values():
         echo(f"  {path}")
-    echo(f"Print it at 100 %, put the sheet on it, and read it from {distance:g} m; then run moireid calibrate.")
+    echo(f"Print it at 100 %, put the sheet on it, and photograph it from {distance:g} m. Next:")
+    chart_json = shlex.quote(str(files["pitch-test.json"]))
+    echo(f"  moireid calibrate PHOTO --chart {chart_json} --out sheet.json --printer-out NAME")
 
 
 @click.command("calibrate")
@@ -170,7 +171,7 @@ def calibrate_command(
 
     Give a PHOTO or a film of the chart with the sheet on it. A film that is moved sideways also measures the sheet's
     thickness; a photo from about 1 m also measures by how much the printer widens lines. Then print badges for that
-    sheet and printer: print-your-badge NAME --lens my-lens.json --printer my-printer.
+    sheet and printer: print-your-badge NAME --lens sheet.json --printer office-laser.
 
     \b
     A camera:
@@ -217,10 +218,12 @@ def calibrate_command(
     _say_notes(found)
     planned(outs, overwrite=overwrite, kept=[chart_json, photo])
     if printer_out is not None:
-        printer = keep_printer(printer_profile(chart, found.ink, scales), printer_out, overwrite=overwrite)
-        say(f"note: print-your-badge --printer {shlex.quote(printer_out)} draws for {printer.words}")
+        keep_printer(printer_profile(chart, found.ink, scales), printer_out, overwrite=overwrite)
     save_profile(found.profile, out)
     _show(found, out, as_json=as_json)
+    if not as_json:
+        printer = [] if printer_out is None else ["--printer", printer_out]
+        echo(f"Next: {shlex.join(['print-your-badge', 'NAME', '--lens', str(out), *printer])}")
 
 
 def _camera(film: Path | None, out: Path, paper: str, *, unsealed: bool, overwrite: bool, as_json: bool) -> None:
@@ -296,6 +299,6 @@ def _show(read: SheetReading, out: Path, *, as_json: bool) -> None:
         echo(f"  the printer widens lines by {ink.um:.0f} um, sd {ink.sd_um:.0f} um")
     if found["unit"] == "printed page":
         echo(
-            "  this is in mm of the printed page: right for badges from the same printer at the same scale; for "
+            "  the pitch is in mm of the printed page: right for badges from the same printer at the same scale; for "
             "true mm, measure the scale bars and give --measured-scale"
         )
