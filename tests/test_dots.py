@@ -18,9 +18,8 @@ from PIL import Image
 from kit.programs import needs
 from moireid.badge import Badge, Cell, Grating
 from moireid.designer import Order, design_badge
-from moireid.designer.order import parse_scale
 from moireid.dots import line_edges_mm, nearest_dot, on_dots, realised
-from moireid.errors import DesignError, SpecError
+from moireid.errors import DesignError
 from moireid.fabrication.page.pdf import write_badge_pdf
 
 PAYLOAD = bytes.fromhex("0f38c1a2b3d4e5f6")
@@ -181,12 +180,3 @@ def test_a_measured_scale_is_made_up_for_on_both_axes(tmp_path):
     )
     errors, pitches = edge_errors(dark, scaled, 1200)
     assert np.abs(errors).max() <= 0.5 + 1e-3 and max(map(abs, pitches)) < 30e-6
-
-
-@pytest.mark.parametrize("text", ["", "x", "1,1,1", "0.9", "nan", "inf", "1.2,1.0", "0.99;0.99"])
-def test_scales_that_are_none_are_refused(text):
-    """Catches: a fitted page taken for a measured one; NaN; three numbers."""
-    with pytest.raises(SpecError, match=r"0\.9973"):
-        parse_scale(text)
-    assert parse_scale("0.9973") == (0.9973, 0.9973) and parse_scale("0.9973,1.002") == (0.9973, 1.002)
-    assert parse_scale("0.95,1.05") == (0.95, 1.05), "the ends that a refusal names"

@@ -71,13 +71,6 @@ def test_artwork_is_on_the_page_and_kept_from_harm(tmp_path: Path) -> None:
         mo.print_badge(badge, tmp_path, mount="none", logo=logo, overwrite=True)
 
 
-def test_a_note_of_the_command_is_a_warning_here(tmp_path: Path) -> None:
-    """Catches: a note that the command prints on stderr, and that a program never gets."""
-    badge = mo.design("Ada", payload=PAYLOAD)
-    with pytest.warns(UserWarning, match="has nothing in colour"):
-        mo.print_badge(badge, tmp_path / "ada", mount="none", template="plain", colour="teal")
-
-
 def test_a_badge_shows_its_picture() -> None:
     """Catches: a picture of another badge, or of nothing, in a notebook."""
     badge = mo.design("Ada", payload=PAYLOAD)

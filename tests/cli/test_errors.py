@@ -180,28 +180,6 @@ def test_outputs_that_cannot_be_written_are_refused(refused: Callable[..., str],
     refused("print")
 
 
-def test_an_identity_that_somebody_holds_is_not_printed_again(
-    refused: Callable[..., str], people: None, tmp_path: Path
-) -> None:
-    """Catches: files in place although the registry refused the badge."""
-    (tmp_path / "new").mkdir()
-    arguments = ("--out", "new", "--mount", "none", "--payload", BOBS[0], "--registry", REGISTRY)
-    assert "'Bob'" in refused("print", "Eve", *arguments)
-    assert os.listdir("new") == []
-
-
-def test_a_revoked_badge_is_not_printed_again(
-    run: Run, refused: Callable[..., str], people: None, ada: Badge, tmp_path: Path
-) -> None:
-    """Catches: a fresh print of a badge that every verification rejects, with nothing but a friendly note."""
-    assert run("registry", "revoke", "Ada Lovelace", "--reason", "lost", "--registry", REGISTRY).code == 0
-    printed = run("print", "Ada Lovelace", "--out", "new", "--mount", "none", "--registry", REGISTRY, "--json")
-    assert printed.code == 0 and printed.document["id"] != ada.id
-    (tmp_path / "more").mkdir()
-    arguments = ("--out", "more", "--mount", "none", "--payload", ada.id or "", "--registry", REGISTRY)
-    assert "revoked" in refused("print", "Ada Lovelace", *arguments)
-
-
 @pytest.mark.claim("An interrupt leaves nothing half done")
 def test_an_interrupt_leaves_nothing(run: Run, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """Catches: half the files of a badge, or a traceback, when a person presses Ctrl-C."""

@@ -77,15 +77,3 @@ def test_the_bench_photographs_are_read_within_a_fiftieth_of_a_percent():
     found = calibration_figures(count=2, seed=3)
     assert found["read"] == 2 and found["worst_error_percent"] < 0.02
     assert max(abs(row["in_sd"]) for row in found["rows"]) < 3
-
-
-@pytest.mark.parametrize("read", ["chart", "photo"])
-def test_what_is_read_is_never_replaced(chart_folder, tmp_path, read):
-    """Catches: a chart, or a photograph, that is lost to --overwrite when --out names it."""
-    kept = tmp_path / "kept.json"
-    kept.write_bytes((chart_folder / (JSON if read == "chart" else "photo.jpg")).read_bytes())
-    before = kept.read_bytes()
-    chart, photo = (kept, chart_folder / "photo.jpg") if read == "chart" else (chart_folder / JSON, kept)
-    wish = [str(photo), "--chart", str(chart), "--out", str(kept), "--overwrite"]
-    ran = CliRunner().invoke(moireid, ["calibrate", *wish])
-    assert ran.exit_code == 2 and "is read here" in ran.output and kept.read_bytes() == before

@@ -33,24 +33,6 @@ def run(folder: Path, *words: object, **variables: str) -> subprocess.CompletedP
     )
 
 
-@pytest.mark.parametrize(
-    ("words", "helps"),
-    [
-        ("registry list", "give --registry, or set MOIREID_REGISTRY"),
-        ("verify film.mp4 --claim Ada", "give --registry, or set MOIREID_REGISTRY"),
-        ("registry list --registry ~/people.sqlite3", "give the whole path"),
-        ("registry init --registry people.sqlite3", "set MOIREID_KEYS"),
-        ("token list", "name a folder with --data"),
-    ],
-)
-def test_where_a_home_is_needed_a_sentence_says_what_to_give(tmp_path: Path, words: str, helps: str) -> None:
-    """Catches: a traceback; "something went wrong inside moireid"; a folder named `~` in the working folder."""
-    done = run(tmp_path, *words.split())
-    assert (done.returncode, done.stdout, len(done.stderr.splitlines())) == (2, "", 1)
-    assert done.stderr.startswith("error: ") and helps in done.stderr and "inside moireid" not in done.stderr
-    assert {path.name for path in tmp_path.iterdir()} <= {"people.sqlite3"}
-
-
 @pytest.mark.slow
 def test_what_needs_no_home_works(tmp_path: Path) -> None:
     """Catches: a default that is looked up although nothing of it is used, also by a process that reads films."""

@@ -83,15 +83,3 @@ def test_a_stock_slicer_finds_nothing_to_repair(
         # Stock filament is 1.75 mm thick.
         share = float(used.group(1)) * 3.14159 * 0.875**2 / sum(parts)
         assert LEAST_SHARE < share < MOST_SHARE, share
-
-
-def test_a_faulty_mesh_is_told(slicer: str, badges: dict[str, Badge], tmp_path: Path) -> None:
-    """Catches: a slicer's output that is read for words it never says."""
-    import numpy as np
-    import trimesh
-
-    mesh = trimesh.load_mesh(made(badges["lens"], "lanyard", tmp_path).stls[0])
-    mesh.update_faces(np.arange(len(mesh.faces)) % 40 != 7)
-    mesh.export(tmp_path / "holes.stl")
-    output = sliced(slicer, "--info", str(tmp_path / "holes.stl"), home=tmp_path)
-    assert "manifold = no" in output and [word for word in MENDED if word in output], output

@@ -94,14 +94,6 @@ def test_every_board_is_on_the_sheets_once(tmp_path):
     assert not (tmp_path / "mixed.pdf").exists()
 
 
-def test_the_list_of_people_is_never_replaced(tmp_path):
-    """Catches: a list that is lost to --overwrite because it is called as the summary."""
-    people = listed(tmp_path / "summary.csv", "name\nAda\n")
-    outcome = run(people, tmp_path, "--overwrite")
-    assert outcome.exit_code == 2 and "is read here" in outcome.output
-    assert people.read_text() == "name\nAda\n" and list(tmp_path.iterdir()) == [people]
-
-
 def test_the_command_makes_folders_summary_and_records(tmp_path, monkeypatch):
     """Catches: people in another order, a payload column that is not read, records of some of them only."""
     monkeypatch.setenv("MOIREID_KEYS", str(tmp_path / "keys"))

@@ -6,8 +6,6 @@ A pipe notes its readers, so that a test sees who opens what a list names.
 from __future__ import annotations
 
 import os
-import subprocess
-import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -62,28 +60,6 @@ def streams_of(path: Path, count: int, size: tuple[int, int], frames: int = 3) -
                 made.mux(copied)
     once.unlink()
     return path
-
-
-READ = """
-import sys
-from pathlib import Path
-from moireid.errors import MediaError
-from moireid.verifier.video import Film
-try:
-    print(sum(1 for _ in Film(Path(sys.argv[1])).frames()), "frames")
-except MediaError as error:
-    print(error)
-print(int(Path("/proc/self/status").read_text().partition("VmHWM:")[2].split()[0]) // 1024)
-"""
-
-
-def read_apart(path: Path) -> tuple[str, int]:
-    """What a process of its own says after it has read a film; and its peak of memory, MB."""
-    done = subprocess.run(
-        [sys.executable, "-c", READ, str(path)], check=True, stdout=subprocess.PIPE, text=True, timeout=60
-    )
-    *words, peak = done.stdout.splitlines()
-    return " ".join(words), int(peak)
 
 
 @contextmanager

@@ -5,7 +5,6 @@ from __future__ import annotations
 import pytest
 
 from moireid.errors import SpecError
-from moireid_lab.bench.bench_frame import grouped
 from moireid_lab.bench.bench_rows import chosen_names
 from moireid_lab.evaluation.text_table import table_lines
 
@@ -38,9 +37,3 @@ def test_names_are_those_that_are_asked_for():
     assert chosen_names(["ab", "ba"], "^b") == ["ba"]
     with pytest.raises(SpecError, match="no case's name holds 'z'"):
         chosen_names(["a"], "z")
-
-
-def test_rows_are_grouped_by_what_they_have():
-    """Catches: a group that loses rows."""
-    rows = [{"verdict": "reject"}, {"verdict": "inconclusive"}]
-    assert grouped(rows, "verdict") == {"reject": rows[:1], "inconclusive": rows[1:]}

@@ -14,13 +14,13 @@ from typing import TYPE_CHECKING
 
 from moireid.badge import Badge
 from moireid.errors import FabricationError
-from moireid.fabrication.assembly.guide import DrawnMounts, draw_mounts
 from moireid.fabrication.process_figures import MountFigures
 
 if TYPE_CHECKING:
     from PIL import Image
 
     from moireid.fabrication.acrylic.plates import AcrylicPlan
+    from moireid.fabrication.assembly.guide import DrawnMounts
     from moireid.fabrication.printed.mount import Body, MountPlan, MountReport
     from moireid.fabrication.solid_parts import SolidPart
 
@@ -127,6 +127,7 @@ def shape_parts(badge: Badge, parts: Parts) -> MountSolids:
     """
     if not parts.files:
         return MountSolids((), {}, {})
+    from moireid.fabrication.assembly.guide import draw_mounts
     from moireid.fabrication.printed.mount import mount_bodies
     from moireid.fabrication.solid_parts import acrylic_parts, check_parts, printed_parts
     from moireid.fabrication.solids import CAD_PACKAGES, cad_package

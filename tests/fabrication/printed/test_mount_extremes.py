@@ -130,16 +130,6 @@ def test_what_the_refusals_advise_does_work() -> None:
     assert whole("kerf 5 mm", figures=(f"kerf_mm={kerf:g}",))
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("gap_mm", [1.5, 3.0])
-@pytest.mark.parametrize("kind", KINDS)
-def test_line_masks_have_every_mount(kind: str, gap_mm: float) -> None:
-    """Catches: a lip or a stand's wall that hides a marker under a spacer; a film that has no room."""
-    parts = plan_parts(design_badge(Order("A", lens="50lpi", front="mask", lens_thickness_mm=gap_mm), bytes(8)), kind)
-    assert parts.printed == kind and parts.acrylic and not parts.left_out
-    assert parts.acrylic.sheet_top == pytest.approx(0.3 + gap_mm + 0.1)
-
-
 # A thick sheet's tray, constructed here from the badge's page coordinates alone.
 
 

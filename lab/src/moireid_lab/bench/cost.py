@@ -7,22 +7,19 @@ import re
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import av
-import cv2
 import numpy as np
 import psutil
 
 from moireid.badge import load_badge
 from moireid.errors import MoireIdError
 from moireid.registry import open_registry
-from moireid.verifier import Film, Frame, Question, Verifier
-from moireid.verifier.session.chapters import invariant_of
 from moireid_lab.bench.many_people import People
 from moireid_lab.bench.part import OWN, RIGHT, WRONG, Asked, Part, Row
 
@@ -97,8 +94,6 @@ CASES = {
         "identify film.mp4 --registry many.sqlite", "10 people", COMMAND, "identify film.mp4 --registry few.sqlite", 1.1
     ),
 }
-#: Films by which the error of a gain is measured, each n-th frame of them, and pictures so many times smaller.
-SEEDS, JUDGED = (1, 2, 3, 4), ((1, 1), (2, 1), (3, 1), (4, 1), (6, 1), (1, 2), (1, 3))
 
 
 def cost_row(work: str, folder: Path, runs: int) -> Row:
@@ -113,32 +108,6 @@ def cost_row(work: str, folder: Path, runs: int) -> Row:
     limit_s = case.times * (limit_s - 2 * less_s)
     row = {"work": work, "s": s, "limit": case.limit, "limit_s": limit_s, "ratio": s / limit_s, "asked": case.asked}
     return row | {"MB": mb, "of_most": mb / MOST_MB}
-
-
-def judged_rows(folder: Path) -> Iterator[dict[str, Any]]:
-    """Error of the gain, root mean square over true films, and processor time, by what is read of each."""
-    for seed in SEEDS:
-        _run(folder, COMMAND, f"{FILM} {seed} --build ideal --out {seed}.mp4")
-    for step, smaller in JUDGED:
-        begun = time.process_time()
-        gains = [_gain(folder, f"{seed}.mp4", step, smaller) for seed in SEEDS]
-        film_s = (time.process_time() - begun) / len(gains)
-        error = float(np.sqrt(np.mean((np.array(gains) - 1) ** 2)))
-        known = error if np.isfinite(error) else None
-        yield {"frames a second": FPS // step, "width": 1920 // smaller, "film_s": film_s, "error": known}
-
-
-def _gain(folder: Path, name: str, step: int, smaller: int) -> float:
-    """The gain of a film of which each `step`-th frame is read, in pictures so many times smaller."""
-    badge = load_badge(folder / "ada" / "badge.json")
-    verifier = Verifier(Question(badge, badge.id), running=False)
-    for frame in Film(folder / name).frames():
-        if frame.index % step == 0:
-            luma = frame.picture.whole
-            if smaller > 1:
-                luma = cv2.resize(luma, None, fx=1 / smaller, fy=1 / smaller, interpolation=cv2.INTER_AREA)
-            verifier.push(Frame(frame.index // step, frame.time_s, np.asarray(luma, np.uint8)))
-    return invariant_of(verifier.finish()).gain_ratio or np.nan
 
 
 def _run(folder: Path, program: str, words: str) -> tuple[float, float]:

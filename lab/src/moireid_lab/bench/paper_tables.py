@@ -120,8 +120,8 @@ def roc_figure(rows: Sequence[Row]) -> Any:
         if len(true) and len(false):
             curve = roc(true, false)
             lines.append((curve.false_accept, curve.true_accept, f"{words}: {area(curve):.3f}", colour))
-    across = f"false films accepted (simulated stand-ins for the paper's: {len(false)})"
-    return curves(lines, across, f"true films accepted ({len(true)})", "no films yet", aspect="equal")
+    across = f"false films accepted, of {len(false)} (all simulated)"
+    return curves(lines, across, f"true films accepted, of {len(true)}", "no films yet", 1, aspect="equal")
 
 
 def causes(rows: Sequence[Row]) -> Iterator[Sequence[str]]:

@@ -30,8 +30,8 @@ ROWS, DOCUMENT = "rows.jsonl", "scoreboard.json"
 OUTCOMES = ("right", "inconclusive", "wrong")
 #: What a row has besides figures.
 NOT_FIGURES = ("part", "case", "kind", "answers", "verdict", "why", "version", "date", "s", "files")
-#: So many cases of a part are made before another one's turn: enough to tell a share within 20 %.
-TURN = 24
+#: So many cases of a part are made before another one's turn: a process of a part takes seconds to start.
+TURN = 12
 #: A case: its part and its name there.
 Case = tuple[str, str]
 

@@ -11,16 +11,14 @@ from moireid.cli.common import echo, friendly, json_option, show_json, status_li
 
 COLUMNS = {"work": "<26", "s": ">7.2f", "limit": "<22", "limit s": "limit_s >7.2f", "ratio": ">6.2f"}
 COLUMNS |= {"asked": ">6.2f", "MB": ">6.0f", "of 250 MB": "of_most >9.2f"}
-JUDGED_COLUMNS = {"frames a second": ">15", "width": ">6", "s a film": "film_s >9.2f", "gain's error": "error >12.4f"}
 
 
 @click.command("cost")
 @click.option("--runs", type=click.IntRange(1), default=3, show_default=True, help="Runs of each; the least counts.")
 @click.option("--only", metavar="REGEX", help="Only the rows whose work holds this.")
-@click.option("--judged", is_flag=True, help="Instead, the error of a gain against what is read of a film.")
 @json_option
 @friendly
-def cost_command(runs: int, only: str | None, judged: bool, as_json: bool) -> None:
+def cost_command(runs: int, only: str | None, as_json: bool) -> None:
     """Compare what commands cost with the least that they could.
 
     Each row is the processor time of a command with all its processes, the least of some runs, over that of its limit
@@ -29,18 +27,16 @@ def cost_command(runs: int, only: str | None, judged: bool, as_json: bool) -> No
     for a minute or ten, or with the badge out of the picture now and then.
     """
     from moireid_lab.bench.bench_rows import chosen_names
-    from moireid_lab.bench.cost import CASES, cost_row, judged_rows
+    from moireid_lab.bench.cost import CASES, cost_row
     from moireid_lab.evaluation.text_table import table_lines
 
-    columns = JUDGED_COLUMNS if judged else COLUMNS
     with status_line() as say, tempfile.TemporaryDirectory() as named:
         rows, folder = [], Path(named)
-        made = (cost_row(work, folder, runs) for work in chosen_names(list(CASES), only))
-        for row in judged_rows(folder) if judged else made:
-            say(str(next(iter(row.values()))))
-            rows.append(row)
+        for work in chosen_names(list(CASES), only):
+            say(work)
+            rows.append(cost_row(work, folder, runs))
     if as_json:
         show_json({"rows": rows})
         return
-    for line in table_lines(rows, columns):
+    for line in table_lines(rows, COLUMNS):
         echo(line)

@@ -71,7 +71,7 @@ def _scores(document: Document) -> Any:
     return figure
 
 
-def curves(lines: Iterable[Line], across: str, up: str, none: str = "", **axes_how: Any) -> Any:
+def curves(lines: Iterable[Line], across: str, up: str, none: str = "", ncols: int = 2, **axes_how: Any) -> Any:
     """Lines with their names, or the words for none."""
     figure = figure_of(4.8, 4.8)
     axes = figure.add_subplot()
@@ -80,7 +80,7 @@ def curves(lines: Iterable[Line], across: str, up: str, none: str = "", **axes_h
     axes.set(xlabel=across, ylabel=up, **axes_how)
     plain(axes)
     if axes.get_legend_handles_labels()[0]:
-        axes.legend(frameon=False, fontsize=9, ncols=2, loc="lower left", bbox_to_anchor=(0, 1))
+        axes.legend(frameon=False, fontsize=9, ncols=ncols, loc="lower left", bbox_to_anchor=(0, 1))
     else:
         axes.text(0.5, 0.5, none, ha="center", transform=axes.transAxes, color=INK)
     return figure
