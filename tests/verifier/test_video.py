@@ -3,7 +3,12 @@
 from __future__ import annotations
 
 import hashlib
+import re
+import struct
+import subprocess
+import sys
 import threading
+import zlib
 from fractions import Fraction
 from itertools import islice
 from pathlib import Path
