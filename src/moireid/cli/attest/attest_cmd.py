@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -23,8 +24,10 @@ from moireid.cli.witness_options import WitnessCheck, witness_check
 from moireid.errors import SpecError
 
 if TYPE_CHECKING:
-    from moireid.api.asking import AskingTerms
     from moireid.attest import CheckResult
+    from moireid.provenance import Standing
+    from moireid.registry import Registry
+    from moireid.registry.bundle.held import Bundle
 
 
 #: Whom a check expected, in words.
@@ -102,7 +105,7 @@ def check_command(
 
     Exit code 0: it holds; 1: it does not; 2: bad input, or nothing says whom to expect.
     """
-    from moireid.api.asking import AskingTerms
+    from moireid.api.asking import asked
     from moireid.attest import CertificateIdentity, check, load_public_key
     from moireid.attest.envelope import read_envelope
     from moireid.attest.signing_keys import load_certificates
@@ -119,8 +122,8 @@ def check_command(
     signer = CertificateIdentity(identity, trusted) if identity is not None else None
     found = check(read_envelope(envelope), film=film, key=key, identity=signer)
     if registry_url is not None or bundle_path is not None:
-        terms = AskingTerms(trust, report_standing, witness_check.require if witness_check else None)
-        found = _held(found, registry_url, bundle_path, terms)
+        require = witness_check.require if witness_check else None
+        found = _held(found, asked(registry_url, bundle_path, trust, report_standing, require))
     _check_signer_asked(found, envelope)
     if as_json:
         show_json(found.to_json())
@@ -151,9 +154,9 @@ def _check_signer_asked(found: CheckResult, envelope: Path) -> None:
     )
 
 
-def _held(found: CheckResult, registry_url: str | None, bundle_path: Path | None, terms: AskingTerms) -> CheckResult:
+def _held(found: CheckResult, place: AbstractContextManager[tuple[Registry | Bundle, Standing]]) -> CheckResult:
     """A verdict compared with what a registry or its bundle says of its badge, where it can be believed."""
-    from moireid.api.asking import asked, people_in
+    from moireid.api.asking import people_in
     from moireid.attest import held_against
     from moireid.attest.registry_answer import badge_of
 
@@ -163,11 +166,11 @@ def _held(found: CheckResult, registry_url: str | None, bundle_path: Path | None
         raise SpecError(
             "this verdict names no identity, so no registry knows its badge; leave out --registry or --bundle"
         )
-    with asked(registry_url, bundle_path, terms) as (held, _):
-        holder, key = people_in(held).holder(badge_id), held.authority_key()
+    with place as (held, _):
+        holder, authority = people_in(held).holder(badge_id), held.authority
     if holder is None:
         raise SpecError(f"no one there holds badge {badge_id}; name the registry that issued it")
-    return held_against(found, holder, key)
+    return held_against(found, holder, authority.fingerprint, authority.public_hex)
 
 
 def lines_of(found: CheckResult) -> list[str]:
