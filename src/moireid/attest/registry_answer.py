@@ -58,7 +58,10 @@ def held_against(found: CheckResult, holder: BadgeHolder, authority: str, public
         expected = ("registry",)
         own, signed_by = Ed25519PublicKey.from_public_bytes(bytes.fromhex(public_hex)), found.opened.key
         if fingerprint(own) != fingerprint(signed_by):
-            text = f"Key {fingerprint(signed_by)[:16]}… signed it, which is no key of the registry's authority."
+            text = (
+                f"Key {fingerprint(signed_by)[:16]}… signed it. A registry says who holds a badge, and not who signs, "
+                "unless its own authority did; give the signer's key by --key, or --certificate-identity."
+            )
             faults.append(Broken("key", text))
     barred = holder.barred
     if barred is not None:

@@ -117,6 +117,12 @@ def check_command(
             "anybody can make a certificate with any name in it, so a name counts only by the word of an authority; "
             "give --certificate-identity and --certificate-authority together"
         )
+    if key_file is None and identity is None and registry_url is None and bundle_path is None:
+        raise SpecError(
+            "nothing says whom to expect, and anybody can make a key, and sign in any name and of any day; give the "
+            "signer's key, as you got it from the signer, by --key, or the name in the signer's certificate by "
+            "--certificate-identity"
+        )
     key = load_public_key(key_file) if key_file is not None else None
     trusted = load_certificates(issuer_file) if issuer_file is not None else ()
     signer = CertificateIdentity(identity, trusted) if identity is not None else None
@@ -124,34 +130,12 @@ def check_command(
     if registry_url is not None or bundle_path is not None:
         require = witness_check.require if witness_check else None
         found = _held(found, asked(registry_url, bundle_path, trust, report_standing, require))
-    _check_signer_asked(found, envelope)
     if as_json:
         show_json(found.to_json())
     else:
         for line in lines_of(found):
             echo(line)
     sys.exit(ACCEPT if found.holds else REJECT)
-
-
-def _check_signer_asked(found: CheckResult, envelope: Path) -> None:
-    """Raise SpecError where all else holds, and only whom to expect is not known."""
-    if found.opened is None or found.key_named or any(fault.part != "key" for fault in found.faults):
-        return
-    if found.holds and found.expected:
-        return
-    from moireid.attest.signing_keys import fingerprint
-
-    signed_by = fingerprint(found.opened.key)[:32]
-    why = (
-        f"{envelope} is as key {signed_by}… signed it, but anybody can make a key, and sign in any name and of any day"
-    )
-    if found.faults:
-        words = found.faults[0].text.rstrip(".")
-        why = f"a registry says who holds a badge, and not who signs: {words[0].lower()}{words[1:]}"
-    raise SpecError(
-        f"nothing says whom to expect: {why}; give the signer's key, as you got it from the signer, by --key, or the "
-        "name in the signer's certificate by --certificate-identity"
-    )
 
 
 def _held(found: CheckResult, place: AbstractContextManager[tuple[Registry | Bundle, Standing]]) -> CheckResult:
@@ -205,14 +189,8 @@ def _who(signer: dict[str, Any]) -> str:
     certificate = signer["certificate"]
     named = f", which a certificate by {certificate['issuer']} gives to {certificate['holder']}" if certificate else ""
     key = f"key {signer['key_sha256'][:32]}… ({signer['algorithm']}){named}"
-    if signer["expected"] is not None:
-        what = " and ".join(EXPECTED[name] for name in signer["expected_by"])
-        return f"{key}; it is {'' if signer['expected'] else 'not '}{what}"
-    what = "key and certificate" if certificate else "key"
-    return (
-        f"{key}; only the {what} in the file itself was used. The report is as that key signed it, but anybody can "
-        "make such a key, so this does not prove who signed. Get the signer's key from the signer, and give it by --key"
-    )
+    what = " and ".join(EXPECTED[name] for name in signer["expected_by"])
+    return f"{key}; it is {'' if signer['expected'] else 'not '}{what}"
 
 
 def _now(now: dict[str, Any]) -> str:
