@@ -32,13 +32,10 @@ class SheetReading:
         Of the sheet.
     ink : InkGrowth
         By how much the printer widens lines.
-    distance_from : str
-        Where the camera's distance comes from, a key of `DISTANCE_SD`.
     """
 
     profile: LensProfile
     ink: InkGrowth
-    distance_from: str
 
 
 def read_sheet(
@@ -85,7 +82,7 @@ def read_sheet(
         measured_scale=measured_scale,
     )
     ink = ink_growth([(picture, view.page) for picture, view in seen if view.page is not None], chart)
-    return SheetReading(profile, ink, source)
+    return SheetReading(profile, ink)
 
 
 def _views(

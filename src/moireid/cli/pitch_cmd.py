@@ -262,7 +262,7 @@ def _camera(film: Path | None, out: Path, paper: str, *, unsealed: bool, overwri
 def _say_notes(found: SheetReading) -> None:
     """Say on stderr what the pictures do not show."""
     profile = found.profile
-    if found.distance_from == "a usual phone":
+    if profile.found["distance_from"] == "a usual phone":
         say(
             f"note: the focal length is not known, so the camera's distance is guessed to be "
             f"{profile.found['distance_mm'] / 1000:.2f} m; give --distance or --focal-px for a smaller error"
