@@ -40,7 +40,7 @@ def run(folder: Path, *words: object, **variables: str) -> subprocess.CompletedP
         ("verify film.mp4 --claim Ada", "give --registry, or set MOIREID_REGISTRY"),
         ("registry list --registry ~/people.sqlite3", "give the whole path"),
         ("registry init --registry people.sqlite3", "set MOIREID_KEYS"),
-        ("token list", "name a folder with --data"),
+        ("token list", "name a folder (--data)"),
     ],
 )
 def test_where_a_home_is_needed_a_sentence_says_what_to_give(tmp_path: Path, words: str, helps: str) -> None:
