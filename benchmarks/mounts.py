@@ -3,9 +3,7 @@
 Each part is sliced by PrusaSlicer as for a common printer (a bed of 250 x 210 mm, a 0.4 mm nozzle, layers of 0.2 mm,
 PLA), once plain and once with supports wherever the slicer asks for them below 44 degrees from level.  Printed are the
 time, the plastic, how much of it supports would be, and the area of faces that hang in the air as `overhang_mm2` has
-it; of a snap-in holder also the strain of a catch as the badge passes, and the force that pushes a badge out.
-Formats are those of
-people's holders; where a mount cannot be made for one, its row gives the reason.
+it.  Formats are those of people's holders; where a mount cannot be made for one, its row gives the reason.
 """
 
 from __future__ import annotations
@@ -74,8 +72,6 @@ def figures_of(badge: Badge, kind: str, folder: Path) -> Iterator[Row]:
             "PLA, g": plain_g,
             "supports, g": held_g - plain_g,
             "hangs, mm2": overhang_mm2(trimesh.load_mesh(stl)),
-            "strain, %": 100 * report.figures["strain"] if kind == "holder" else None,
-            "out, N": report.figures["hold_n"] if kind == "holder" else None,
         }
 
 
@@ -103,5 +99,5 @@ COLUMNS = {
     "PLA, g": ">7.1f",
     "supports, g": ">12.1f",
 }
-COLUMNS |= {"hangs, mm2": ">13.2f", "strain, %": ">11.2f", "out, N": ">8.1f", "refused": "<1"}
+COLUMNS |= {"hangs, mm2": ">13.2f", "refused": "<1"}
 BENCH = Bench(rows, COLUMNS)

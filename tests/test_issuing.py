@@ -26,22 +26,25 @@ def badge() -> Badge:
     return design_badge(CARD, bytes(8))
 
 
-def test_a_format_gets_a_holder_where_the_mount_asked_for_does_not_fit(badge: Badge) -> None:
-    """Catches: a refusal or a note alone where a holder can be made; a holder in place of a mount that fits."""
-    parts, note = choose_parts(badge, replace(CARD, mount="stand"))
-    assert parts.printed == "holder"
-    assert note == "no printed mount of the kind stand fits cr80; a snap-in holder is made instead"
-    for wish in (None, "lanyard", "holder", "none"):
+def test_a_mount_that_does_not_fit_is_refused_if_it_was_asked_for_and_else_left_out(badge: Badge) -> None:
+    """Catches: another mount than the one asked for; a refusal of a format for a mount that no one asked for."""
+    masked = replace(CARD, front="mask", orientation="landscape")
+    card = design_badge(masked, bytes(8))
+    with pytest.raises(FabricationError, match="no mount can be made"):
+        choose_parts(card, replace(masked, mount="lanyard"))
+    parts, note = choose_parts(card, masked)
+    assert (parts.printed, note) == ("none", "no mount is made for cr80; the badge goes into a card holder")
+    for wish in (None, "lanyard", "none"):
         parts, note = choose_parts(badge, replace(CARD, mount=wish))
         assert (parts.printed, note) == (wish or "lanyard", None)
 
 
 def test_a_figure_that_was_given_is_an_order(badge: Badge) -> None:
-    """Catches: another mount than the one whose figure was set; a board of its own that is given a holder unasked."""
+    """Catches: another mount than the one whose figure was set; a badge that is refused its acrylic stack."""
     with pytest.raises(FabricationError, match="front wall"):
         choose_parts(badge, replace(CARD, mount="stand", mount_mm={"stand_deg": 20.0}))
-    # A board of its own has the acrylic stack, which can be made.
-    parts, note = choose_parts(badge, replace(CARD, format=None, mount="stand"))
+    # The acrylic stack can be made.
+    parts, note = choose_parts(badge, replace(CARD, mount="stand"))
     assert (parts.printed, note) == ("none", None) and parts.acrylic and "front wall" in parts.left_out["printed"]
 
 

@@ -35,7 +35,7 @@ from moireid.fiducials import (
     read_fiducial,
 )
 from moireid.files import AnyPath, as_path, read_regular
-from moireid.frames import OwnFrame, Rect, bounds_of, own_frame, own_rect
+from moireid.frames import OwnFrame, Rect, own_frame, own_rect
 from moireid.layers import Bits, Cell, Code, Grating, Lens, is_smooth
 from moireid.lazy import from_room
 from moireid.models import check_format, parse_json, read_model
@@ -134,7 +134,7 @@ class Badge:
 
     def bounds_of(self, grating: Grating) -> Rect:
         """The upright rectangle of the page that holds one of its gratings."""
-        return bounds_of(self.corners_of(grating))
+        return self.frame_of(grating).bounds_mm(own_rect(grating.axis, grating.rect_mm))
 
     @property
     def squares(self) -> Markers:

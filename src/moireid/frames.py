@@ -90,6 +90,13 @@ class OwnFrame:
         """Corners (4, 2) on the page of a rectangle in own order, one after the other round it."""
         return self.on_page([[own[i], own[j]] for i, j in ((0, 1), (2, 1), (2, 3), (0, 3))])
 
+    def bounds_mm(self, own: Rect) -> Rect:
+        """The upright rectangle of the page that holds a rectangle in own order."""
+        (a, b), (c, d) = self.rows
+        along, across = ([own[k] - self.origin_mm[k], own[k + 2] - self.origin_mm[k]] for k in (0, 1))
+        x, y = ([u * one + v * other for u in along for v in across] for one, other in ((a, c), (b, d)))
+        return min(x), min(y), max(x), max(y)
+
 
 def own_frame(axis: Axis, page_mm: tuple[float, float]) -> OwnFrame:
     """The frame of a grating of that axis on a page of that size; conventions as in the module docstring."""
@@ -107,13 +114,6 @@ def own_rect(axis: Axis, rect: Rect) -> Rect:
     It is its own inverse.
     """
     return (rect[1], rect[0], rect[3], rect[2]) if axis == "y" else rect
-
-
-def bounds_of(points_mm: Array) -> Rect:
-    """The rectangle (x0, y0, x1, y1) that holds points (..., 2)."""
-    every = points_mm.reshape(-1, 2)
-    (x0, y0), (x1, y1) = every.min(axis=0).tolist(), every.max(axis=0).tolist()
-    return x0, y0, x1, y1
 
 
 def axis_words(axis: Axis) -> str:

@@ -8,7 +8,6 @@ in place.
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -123,7 +122,7 @@ def look_of(order: Order) -> Look | None:
     if order.template is None and plain:
         return None
     own = "webcam" if order.format == "webcam" else "plain"
-    return Look(template_named(str(order.template or own)), content, format_named(order.format).corner_mm)
+    return Look(template_named(str(order.template or own)), content)
 
 
 def draw(order: Order, holder_of: HolderOf | None, taken: Collection[str] = ()) -> tuple[Badge, str | None]:
@@ -179,39 +178,28 @@ def held(badge: Badge, holder_of: HolderOf | None) -> Record | None:
 def choose_parts(badge: Badge, order: Order) -> tuple[Parts, str | None]:
     """The parts of an order's mount, and a note if a format gets another mount than the one asked for.
 
-    A format whose mount cannot be printed gets the snap-in holder, which fits all formats; if that cannot be made
-    either, it gets none.
+    A format for which no mount can be made gets none, unless one was asked for.
 
     Raises
     ------
     SpecError
         For figures without a mount, or of an unknown name.
     FabricationError
-        If neither the requested mount nor a holder can be made; or if a figure of the printer was given by name.
+        If the requested mount cannot be made; or if a figure of the printer was given by name.
     """
     form, kind, figures = order.format, order.mount or "lanyard", mount_figures(order.mount_mm)
     # Without a mount, an adhesive holds page and sheet together.
     if kind == "none" and any(not name.startswith("adhesive_mm") for name in order.mount_mm):
         raise SpecError(
-            "mount_mm= is of a mount; give mount=lanyard, clip, stand or holder with it, or leave it out (adhesive_mm "
-            "alone goes without a mount)"
+            "mount_mm= is of a mount; give mount=lanyard, clip or stand with it, or leave it out (adhesive_mm alone "
+            "goes without a mount)"
         )
-    if kind in ("holder", "none") or form in (None, "board") or "printed" in figures.insisted:
+    if kind == "none" or form in (None, "board") or "printed" in figures.insisted:
         return plan_parts(badge, kind, figures), None
-    wished, refused = None, None
     try:
-        wished = plan_parts(badge, kind, figures)
-    except FabricationError as error:
-        refused = error
-    if wished is not None and "printed" not in wished.left_out:
-        return wished, None
-    with suppress(FabricationError):
-        holder = plan_parts(badge, "holder", figures)
-        if "printed" not in holder.left_out:
-            return holder, f"no printed mount of the kind {kind} fits {form}; a snap-in holder is made instead"
-    if wished is not None:
-        return wished, None
-    if order.mount is not None and refused is not None:
-        raise refused
+        return plan_parts(badge, kind, figures), None
+    except FabricationError:
+        if order.mount is not None:
+            raise
     note = f"no mount is made for {form}; the badge goes into {format_named(form).words}"
     return plan_parts(badge, "none", figures), note

@@ -1,4 +1,4 @@
-"""Names: their invisible letters, and the line below a name that distinguishes namesakes.
+"""Names: their invisible letters, and the line below a name.
 
 With hidden letters one name passes for another.  Allowed are the few that a script or a picture letter is spelled
 with: joiners where RFC 5892 has them (Persian, Indic scripts), variation selectors of Mongolian, and both after signs
@@ -10,8 +10,6 @@ from __future__ import annotations
 import unicodedata
 from collections.abc import Mapping
 from typing import Any
-
-from moireid.errors import RegistryError
 
 #: Code points that are drawn as nothing (Default_Ignorable_Code_Point of Unicode), first and last of each range.
 INVISIBLE = (
@@ -42,8 +40,6 @@ NAME_LIMIT, MOST_LINES = 200, 4
 #: The columns of a list that hold the lines below a name, from above to below.
 PICTURE_COLUMNS = ("logo", "portrait", "colour", "color")
 LINE_COLUMNS = ("line", *(f"line{number}" for number in range(1, MOST_LINES + 1)))
-#: Letters of a claim "NAME, LINE" at most, and commas of it at which a line may begin: each is looked up.
-CLAIM_LIMIT, MOST_COMMAS = 2 * NAME_LIMIT + 2, 16
 #: Unicode categories that no name needs: control, format (which can turn text round), surrogates, private use,
 #: unassigned, and line and paragraph ends.  The joiners that some scripts spell with are let through.
 UNPRINTABLE = ("Cc", "Cf", "Cs", "Co", "Cn", "Zl", "Zp")
@@ -137,7 +133,7 @@ def _joins(name: str, place: int) -> bool:
 
 
 def line_of(print_data: Mapping[str, Any] | None) -> str | None:
-    """The first line below the name on a badge, which distinguishes people of one name; None where there is none, or
+    """The first line below the name on a badge, None where there is none, or
     none of plain text: the writer of a badge's file can put anything there.
 
     Parameters: print_data: `Badge.print`, whose key "lines" holds the lines from above to below.
@@ -149,30 +145,8 @@ def line_of(print_data: Mapping[str, Any] | None) -> str | None:
     return unicodedata.normalize("NFC", first).strip() or None
 
 
-def claim_text(claim: str) -> str:
-    """The claim in NFC.  Raises: RegistryError (`code` "long_claim") where no name with a line is as long."""
-    name = unicodedata.normalize("NFC", claim)
-    if len(name) > CLAIM_LIMIT:
-        raise RegistryError(
-            f"the claim {name[:30]!r}… has {len(name)} characters, and at most {CLAIM_LIMIT} can be claimed; give the "
-            "name, the name with the line below it, or the id",
-            code="long_claim",
-        )
-    return name
-
-
-def named_by(claim: str) -> list[tuple[str, str]]:
-    """The ways to read a claim such as "Ana Silva, Reporter" as a name and the line below it, one for each of the first
-    `MOST_COMMAS` commas.
-    """
-    whole = unicodedata.normalize("NFC", claim)
-    places = [k for k, letter in enumerate(whole) if letter == ","][:MOST_COMMAS]
-    pairs = [(whole[:k].strip(), whole[k + 1 :].strip()) for k in places]
-    return [(name, line) for name, line in pairs if name and line]
-
-
 def name_with_line(name: str, line: str | None) -> str:
-    """A person by name and line, as a claim can name one of several people of one name."""
+    """A person by name and line, for people who know several of one name."""
     return name if line is None else f"{name}, {line}"
 
 

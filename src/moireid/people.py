@@ -18,7 +18,7 @@ from moireid.errors import MoireIdError, SpecError
 from moireid.fabrication.page.lettering import name_note
 from moireid.fabrication.page.marks import check_look, look_notes
 from moireid.issuing import HolderOf, draw, fitted, held, look_of
-from moireid.names import LINE_COLUMNS, PICTURE_COLUMNS, line_of
+from moireid.names import LINE_COLUMNS, PICTURE_COLUMNS
 from moireid.user_settings import nearest
 
 if TYPE_CHECKING:
@@ -57,7 +57,7 @@ def plan_people(
     """A badge for each person of a CSV file's bytes, in order, or the fault of that row; and notes on the list.
 
     An identity that the list does not give is drawn.  If two rows have the same identity, the later one is at fault;
-    two rows of one name and one line are a note.
+    two rows of one name are a note.
 
     Parameters: order: of all badges, of no one's name; find: the file of a picture that a cell names; source: names the
         list in messages; holder_of: as for `draw`; most: people at once.
@@ -73,7 +73,7 @@ def plan_people(
     wanted, usual = fitted(order)
     notes, rows = [note for note in [_unused(columns, source)] if note], []
     ids: dict[str, int] = {}
-    names: dict[tuple[str, str | None], int] = {}
+    names: dict[str, int] = {}
     for number, cells in listed:
         if isinstance(cells, SpecError):
             rows.append(PersonRow(number, "", {}, fault=str(cells)))
@@ -97,9 +97,11 @@ def plan_people(
             continue
         ids[badge.id or ""] = number
         rows.append(replace(person, badge=badge, holder=holder, notes=tuple(note for note in about if note)))
-        line = line_of(badge.print)
-        if (twin := names.setdefault((badge.name, line), number)) != number:
-            notes.append(_alike(twin, number, badge.name, line))
+        if (twin := names.setdefault(badge.name, number)) != number:
+            notes.append(
+                f"rows {twin} and {number} bear the name {badge.name[:40]!r}, so claims distinguish them by their ids "
+                "alone; names with what each does would distinguish them too"
+            )
         elif shorter and shorter not in notes:
             notes.append(shorter)
     return rows, notes
@@ -115,12 +117,4 @@ def _unused(columns: Iterable[str], source: str) -> str | None:
     return (
         f"nothing is printed of {Path(source).name}'s column{'s' if len(unused) > 1 else ''} "
         f"{', '.join(unused[:SHOWN])}{more}; the columns that count are {', '.join(known[:-1])}"
-    )
-
-
-def _alike(twin: int, row: int, name: str, line: str | None) -> str:
-    also = f" and the line {line[:40]!r}" if line else ""
-    return (
-        f"rows {twin} and {row} bear the name {name[:40]!r}{also}, so claims distinguish them by "
-        "their ids alone; a column line, such as what each does, is printed below the name and distinguishes them too"
     )

@@ -178,7 +178,8 @@ class PrinterProfile(Struct, frozen=True, tag_field="kind", tag="printer-profile
     def words(self) -> str:
         """What pages drawn for the printer have by it."""
         scale = "true size" if self.measured_scale is None else "1/{:g} wide, 1/{:g} high".format(*self.measured_scale)
-        return f"{self.name}: lines {self.drawn_growth_um:g} um narrower, {self.dpi} dpi, {scale}"
+        growth = "as designed" if self.ink_growth_um is None else f"{self.drawn_growth_um:.0f} um narrower"
+        return f"{self.name}: lines {growth}, {self.dpi} dpi, {scale}"
 
     @property
     def drawn_growth_um(self) -> float:
@@ -221,6 +222,6 @@ def load_printer_profile(name: AnyPath) -> PrinterProfile:
         kept = sorted(one.stem for one in path.parent.glob("*.json"))
         raise SpecError(
             f"no printer is kept as {str(name)!r}{nearest(str(name), kept)}; kept: {', '.join(kept) or 'none yet'}; "
-            "first-badge --printer NAME keeps one that it measures, and so does calibrate --printer-out NAME"
+            "first-badge and calibrate measure a printer, and keep it by a name"
         )
     return _read_profile(path, f"printer profile {path}", PrinterProfile)

@@ -61,16 +61,13 @@ class Provenance:
     source: None where a program makes the claim by itself; "registry" where an authority signed them, "bundle" where it
     signed them in a bundle, "file" where a person handed them over; file_name: the name in such a file, where the
     registry holds its identity under another one; alike: name and id of enrolled people whose names are others and look
-    like the claimed one; standing: of the registry, None where none was asked; line: below the name, where the claim
-    chose among people of one name by it, and others: how many more badges bear that name.
+    like the claimed one; standing: of the registry, None where none was asked.
     """
 
     source: Source | None = None
     file_name: str | None = None
     alike: tuple[str, ...] = ()
     standing: Standing | None = None
-    line: str | None = None
-    others: int = 0
 
 
 #: Of a badge.json that a user supplies, and of a claim that a program makes by itself.
@@ -78,26 +75,19 @@ FROM_FILE, OWN_CLAIM = Provenance("file"), Provenance()
 
 
 @dataclass(frozen=True)
-class Exclusion:
-    """Why a badge does not count at present.
+class Revocation:
+    """Why a badge does not count.
 
-    code: revoked for good, suspended until it is reinstated, or expired; at: since when, UTC, ISO 8601, of an expired
-    one the last day on which it counted; reason: as the registry has it, of an expired one that day again; since: the
-    day from which on a revoked one may have been in other hands, where that is known.
+    at: since when, UTC, ISO 8601; reason: as the registry has it.
     """
 
-    code: Literal["revoked", "suspended", "expired"]
     at: str
     reason: str
-    since: str | None = None
 
     @property
     def text(self) -> str:
         """In a sentence, of the claimed badge."""
-        if self.code == "expired":
-            return f"The claimed badge expired: {self.reason} was its last day."
-        compromised = f" It counts as compromised since {self.since}." if self.since else ""
-        return f"The claimed badge was {self.code}: {self.reason}.{compromised}"
+        return f"The claimed badge was revoked: {self.reason}."
 
 
 @dataclass(frozen=True)
@@ -108,7 +98,7 @@ class BadgeHolder:
     """
 
     name: str
-    barred: Exclusion | None = None
+    barred: Revocation | None = None
     line: str | None = None
     erased: bool = False
 

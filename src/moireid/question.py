@@ -13,7 +13,7 @@ from moireid.asbuilt import AsBuilt, DatedFigures
 from moireid.badge import Badge
 from moireid.errors import SpecError
 from moireid.names import line_of
-from moireid.provenance import OWN_CLAIM, Exclusion, Provenance, Seal
+from moireid.provenance import OWN_CLAIM, Provenance, Revocation, Seal
 
 CheckLevel = Literal["record", "enrolled", "live"]
 #: Width over height of film and calibration differ by this share at most, else one of them shows a part of the picture.
@@ -56,10 +56,6 @@ class KnownCamera:
         """The focal length in pictures of this long side, px."""
         return self.focal * long_side_px if self.calibrated else self.focal
 
-    def reduced(self, by: int) -> KnownCamera:
-        """The same for a film whose pictures are read reduced."""
-        return self if self.calibrated else replace(self, focal=self.focal / by)
-
     def check_size(self, size_px: tuple[int, int]) -> None:
         """Raise SpecError where a film of another shape shows another part of the picture."""
         if self.size_px is None:
@@ -95,7 +91,7 @@ class Question:
         it was made.
     replaced_at : str, optional
         Since when other figures are in use, if `as_built` is an earlier set.
-    barred : Exclusion, optional
+    barred : Revocation, optional
         Why the badge does not count; None where it does.
     provenance : Provenance
         Where the claim comes from.
@@ -127,7 +123,7 @@ class Question:
     as_built_at: str | None = None
     earlier: tuple[DatedFigures, ...] = ()
     replaced_at: str | None = None
-    barred: Exclusion | None = None
+    barred: Revocation | None = None
     provenance: Provenance = OWN_CLAIM
     camera: KnownCamera | None = None
     track: int | None = None
@@ -173,5 +169,5 @@ class Question:
         return {
             "registry": known.standing.to_json() if known.standing else None,
             "claim_source": known.source,
-            "badge": {"id": badge.id, "name": badge.name, "line": known.line or line_of(badge.print)},
+            "badge": {"id": badge.id, "name": badge.name, "line": line_of(badge.print)},
         }

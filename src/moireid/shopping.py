@@ -60,7 +60,7 @@ def list_for(
         One of them.
     people : int
         How many.
-    mount : {"lanyard", "clip", "stand", "holder", "acrylic", "none"}, optional
+    mount : {"lanyard", "clip", "stand", "acrylic", "none"}, optional
         What holds the badges, printed but for acrylic; None for none where holders of that size are sold, else the
         lanyard's.
     spare_share : float
@@ -110,7 +110,7 @@ def _sheet_notes(plan: CuttingPlan, *, assumed: bool) -> list[str]:
     if assumed:
         notes.append(
             f"lens sheets of {ASSUMED_MM[0]:g} x {ASSUMED_MM[1]:g} mm are assumed, as no source states which sizes are "
-            "sold; ask your shop for size and direction of the lenses, and give them as --sheet-size"
+            "sold; ask your shop for size and direction of the lenses, and give them (sheet_mm)"
         )
     across_mm, along_mm = plan.sheet_mm
     try:
@@ -120,6 +120,6 @@ def _sheet_notes(plan: CuttingPlan, *, assumed: bool) -> list[str]:
     if turned.sheet_count < plan.sheet_count:
         notes.append(
             f"sheets whose lenses run along the other side would be {turned.sheet_count}, not {plan.sheet_count}: if "
-            f"your shop has them, give --sheet-size {along_mm:g}x{across_mm:g}"
+            f"your shop has them, give sheet_mm={along_mm:g}x{across_mm:g}"
         )
     return notes

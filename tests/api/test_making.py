@@ -48,8 +48,8 @@ def test_files_and_record_appear_together(tmp_path: Path) -> None:
         with pytest.raises(mo.SpecError, match="exists already"):
             mo.print_badge(badge, tmp_path / "ada", mount="none", registry=registry)
         assert registry.by_id(PAYLOAD) is None
-        mo.print_badge(badge, tmp_path / "ada", mount="none", registry=registry, expires="2999-01-01", overwrite=True)
-        assert registry.find("Ada Lovelace").expires == "2999-01-01"
+        mo.print_badge(badge, tmp_path / "ada", mount="none", registry=registry, overwrite=True)
+        assert registry.find("Ada Lovelace").id == PAYLOAD
         other = mo.design("Grace Hopper", payload=PAYLOAD)
         with pytest.raises(mo.RegistryError):
             mo.print_badge(other, tmp_path / "grace", mount="none", registry=registry)
@@ -57,8 +57,6 @@ def test_files_and_record_appear_together(tmp_path: Path) -> None:
         with pytest.raises(mo.RegistryError, match="is held by"):
             mo.design("Grace Hopper", payload=PAYLOAD, registry=registry)
         assert mo.design("Grace Hopper", registry=registry).payload_bits == 64
-    with pytest.raises(mo.SpecError, match="expires is kept by a registry"):
-        mo.print_badge(badge, tmp_path / "other", expires="2999-01-01")
 
 
 def test_artwork_is_on_the_page_and_kept_from_harm(tmp_path: Path) -> None:

@@ -35,11 +35,11 @@ Sign = Callable[..., str]
 
 @pytest.fixture
 def sign(judged: dict[str, Any]) -> Sign:
-    """Sign the report, or a changed one, with a key and perhaps a time stamp."""
+    """Sign the report, or a changed one, with a key."""
 
-    def signed(key: SigningKey, stamp: Callable[[bytes], bytes] | None = None, **changes: Any) -> str:
+    def signed(key: SigningKey, **changes: Any) -> str:
         registry = {"fingerprint": "ab" * 16, "head": "2:" + "cd" * 32, "expires": None}
         report = attested(copy.deepcopy(judged) | {"registry": registry} | changes, key)
-        return signed_envelope(statement(report, "film.mp4"), key, stamp)
+        return signed_envelope(statement(report, "film.mp4"), key)
 
     return signed

@@ -13,13 +13,12 @@ from typing import Any
 
 import pytest
 from click.testing import CliRunner, Result
-from cryptography.hazmat.primitives.asymmetric.utils import decode_dss_signature, encode_dss_signature
 from securesystemslib.dsse import Envelope
 from securesystemslib.signer import CryptoSigner
 
 from kit.signing import DAY, certificate, certified_key, new_key, pem_of_certificates, public_pem_of
 from moireid.attest import check, load_signing_key, signed_envelope
-from moireid.attest.signing_keys import P256_ORDER, SigningKey
+from moireid.attest.signing_keys import SigningKey
 from moireid.attest.statement import PREDICATE_TYPE, attested, statement
 from moireid.cli.attest.attest_cmd import lines_of
 from moireid.cli.main import moireid
@@ -63,8 +62,7 @@ def test_it_says_who_judged_what_when_and_against_which_registry(envelope: Path,
     assert "of authority " + "ab" * 16 in done.output
     printed = json.loads(checked(envelope, "--json", "--key", tmp_path / "pub.pem").stdout)
     assert printed["holds"] and printed["verdict"] == "accept" and printed["film"]["same"] is None
-    assert printed["time"]["source"] == "signer's own clock" and printed["time"]["at"] == printed["time"]["attested_at"]
-    assert printed["time"]["proven"] is False and "claimed by the signer: 20" in done.output
+    assert printed["time"].startswith("20") and "by the signer's own clock" in done.output
     assert printed["signer"]["expected"] is True and printed["registry"]["head"].startswith("2:")
 
 
@@ -73,7 +71,7 @@ def test_a_key_that_is_only_in_the_file_proves_nothing_and_does_not_pass(
     tmp_path: Path, sign: Sign, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Catches: a green verdict signed by anybody in a newsroom's name, with a certificate that anybody made, and a day
-    that anybody wrote; a time authority that is taken for the signer.
+    that anybody wrote.
     """
     certified_key(tmp_path / "key.pem", "p256", "Famous Newsroom")
     monkeypatch.setattr("moireid.attest.statement.utc", lambda moment: "2020-01-01T00:00:00Z")
@@ -99,23 +97,7 @@ def test_a_signer_s_own_date_does_not_revive_a_certificate(
     monkeypatch.setattr("moireid.attest.statement.utc", lambda moment: f"{datetime.now(UTC) - 200 * DAY:%Y-%m-%dT%XZ}")
     text = sign(SigningKey(private, (made,)))
     (fault,) = check(text.encode(), key=private.public_key()).faults
-    assert fault.part == "certificate" and "no time stamp" in fault.text
-
-
-def test_an_ecdsa_signature_has_one_spelling(sign: Sign, judged: dict[str, Any]) -> None:
-    """Catches: a signature that a stranger can spell in another way."""
-
-    def other_spelling(document: dict[str, Any]) -> None:
-        r, s = decode_dss_signature(base64.b64decode(document["signatures"][0]["sig"]))
-        assert s <= P256_ORDER // 2
-        document["signatures"][0]["sig"] = base64.b64encode(encode_dss_signature(r, P256_ORDER - s)).decode()
-
-    key = SigningKey(new_key("p256"))
-    for _ in range(8):
-        text = sign(key)
-        assert check(text.encode(), key=key.public).holds
-        (fault,) = check(changed(text, other_spelling).encode(), key=key.public).faults
-        assert fault.part == "signature" and "other spelling" in fault.text
+    assert fault.part == "certificate" and "is valid from" in fault.text
 
 
 def test_a_verdict_of_another_format_is_refused(key: SigningKey, judged: dict[str, Any]) -> None:
@@ -205,22 +187,21 @@ Hostile = Callable[[dict[str, Any], SigningKey], Any]
 #: What is done to a sound envelope, and the part that must be named.  What is given back takes the document's place.
 HOSTILE: dict[str, tuple[str, Hostile]] = {
     "payload type": ("envelope", lambda d, k: d.update(payloadType="application/json")),
-    "payload not base64": ("report", lambda d, k: d.update(payload="é" + d["payload"])),
+    "payload not base64": ("envelope", lambda d, k: d.update(payload="é" + d["payload"])),
     "no payload": ("envelope", lambda d, k: d.pop("payload") and None),
     "no signature": ("envelope", lambda d, k: d.update(signatures=[])),
     "two signatures": ("envelope", lambda d, k: d.update(signatures=d["signatures"] * 2)),
     "signature a text": ("envelope", lambda d, k: d.update(signatures=["abc"])),
-    "sig a list": ("signature", lambda d, k: d["signatures"][0].update(sig=[1])),
+    "sig a list": ("envelope", lambda d, k: d["signatures"][0].update(sig=[1])),
     "sig long": ("signature", lambda d, k: d["signatures"][0].update(sig="A" * 400_000)),
     "key of another algorithm": (
         "signature",
         lambda d, k: d["signatures"][0].update(publicKey=public_pem_of(new_key("p256")).decode()),
     ),
-    "key no PEM": ("signature", lambda d, k: d["signatures"][0].update(publicKey="-----BEGIN PUBLIC KEY-----")),
+    "key no PEM": ("envelope", lambda d, k: d["signatures"][0].update(publicKey="-----BEGIN PUBLIC KEY-----")),
     "key id": ("signature", lambda d, k: d["signatures"][0].update(keyid="0" * 64)),
-    "certificates a text": ("certificate", lambda d, k: d["signatures"][0].update(certificates="x")),
-    "many certificates": ("certificate", lambda d, k: d["signatures"][0].update(certificates=["x"] * 10_000)),
-    "stamp no base64": ("timestamp", lambda d, k: d["signatures"][0].update(timestamp="§")),
+    "certificates a text": ("envelope", lambda d, k: d["signatures"][0].update(certificates="x")),
+    "many certificates": ("envelope", lambda d, k: d["signatures"][0].update(certificates=["x"] * 10_000)),
     "signed: no JSON": ("report", lambda d, k: _again(d, b"\x00\xff", k)),
     "signed: deep": ("report", lambda d, k: _again(d, b'{"a":' * 200_000, k)),
     "signed: another statement": ("report", lambda d, k: _again(d, _put(d, "https://x/v0.1", "_type"), k)),
@@ -228,10 +209,6 @@ HOSTILE: dict[str, tuple[str, Hostile]] = {
     "signed: another subject": (
         "report",
         lambda d, k: _again(d, _put(d, [{"name": "x", "digest": {"sha256": "0" * 64}}], "subject"), k),
-    ),
-    "signed: no such day": (
-        "report",
-        lambda d, k: _again(d, _put(d, "2026-02-30T00:00:00Z", "predicate", "attested", "at"), k),
     ),
     "signed: another's key": (
         "report",
@@ -249,7 +226,10 @@ HOSTILE: dict[str, tuple[str, Hostile]] = {
             d, re.sub(r'"total_s": [0-9.]+', '"total_s": 1e999', json.dumps(_statement(d))).encode(), k
         ),
     ),
-    "signed: nested": ("report", lambda d, k: _again(d, _put(d, json.loads("[" * 40 + "]" * 40), "predicate", "x"), k)),
+    "signed: respelled": (
+        "report",
+        lambda d, k: _again(d, json.dumps(_statement(d), indent=1).encode(), k),
+    ),
     "signed: not a number": ("report", lambda d, k: _again(d, _put(d, float("nan"), "predicate", "timing"), k)),
 }
 
@@ -264,7 +244,7 @@ def test_a_hostile_envelope_gives_a_sentence(name: str, envelope: Path, key: Sig
     done = checked(tmp_path / "hostile.json", "--json")
     printed = json.loads(done.stdout)
     assert done.exit_code == 1 and not printed["holds"]
-    assert "verdict" not in printed or part == "timestamp" or name.startswith("digest")
+    assert "verdict" not in printed or name.startswith("digest")
     assert [fault["part"] for fault in printed["faults"]] == [part], printed
     done = checked(tmp_path / "hostile.json")
     assert done.exit_code == 1 and done.output.startswith("DOES NOT HOLD") and len(done.output) < 900

@@ -76,7 +76,7 @@ def test_a_report_that_is_none_is_not_signed(sign: Callable[..., str]) -> None:
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_key_comes_with_its_chain(kind: str, tmp_path: Path) -> None:
-    """Catches: certificates in the order of the file, a key that must come first, a public key of another one."""
+    """Catches: certificates that are lost, a public key of another one."""
     key = certified_key(tmp_path / "key.pem", kind)
     found = load_signing_key(tmp_path / "key.pem")
     assert [holder(one) for one in found.chain] == ["Desk, House", "Root, House"]
@@ -103,7 +103,7 @@ def bad_keys() -> dict[str, tuple[bytes, str]]:
         "two": (pem_of(key) + pem_of(other), "2 private keys"),
         "locked": (locked, "encrypted"),
         "p384": (p384, "neither Ed25519 nor ECDSA on P-256"),
-        "another's certificate": (pem_of(other) + pem_of_certificates(own), "of the private key in it"),
+        "another's certificate": (pem_of(other) + pem_of_certificates(own), "of another key"),
         "out of date": (pem_of(key) + pem_of_certificates(late), "valid from"),
         "false chain": (pem_of(key) + pem_of_certificates(own, false_root), "not issued by"),
         "no certificate": (

@@ -51,25 +51,23 @@ def taken_over(write: Callable[[Path], None], **said: Any) -> Any:
 
 
 def test_only_what_a_step_makes_is_taken_over(folder: BuildFolder) -> None:
-    """Catches: a film that rewrites the printed badge, the sheet or the report; a link that is followed."""
+    """Catches: a film that rewrites the printed badge or the sheet; a file that no step makes; a link followed."""
 
     def write(aside: Path) -> None:
-        for name in ("badge/badge.json", "sheet.json", "report.html", "films.json", "law-1.svg", "first-badge.json"):
+        for name in ("badge/badge.json", "sheet.json", "law-1.svg", "as-built.json", "first-badge.json"):
             (aside / name).write_text("by the attacker")
-        (aside / "as-built.json").symlink_to("/etc/passwd")
+        (aside / "camera.yaml").symlink_to("/etc/passwd")
 
     before = {path: path.read_bytes() for path in folder.path.rglob("*") if path.is_file()}
-    do_sealed(FILMS, folder, None, taken_over(write, pictures={"law-1.svg": "The law."}))
+    for step in (FILMS, CAMERA):
+        do_sealed(step, folder, None, taken_over(write))
     assert before.items() <= {path: path.read_bytes() for path in before}.items()
     new = {path.name for path in folder.path.rglob("*") if path.is_file()} - {path.name for path in before}
-    assert new == {"films.json", "law-1.svg"}
+    assert new == {"as-built.json"}
 
 
-@pytest.mark.parametrize("name", ["../law.svg", "report.html", "/tmp/law.svg", "a/b.jpg"])
-def test_a_picture_of_another_name_ends_in_a_sentence(folder: BuildFolder, name: str) -> None:
-    """Catches: a name that leads out of the folder."""
-    with pytest.raises(MediaError, match="answers what no film shows"):
-        do_sealed(FILMS, folder, None, taken_over(lambda aside: None, pictures={name: "A picture."}))
+def test_an_answer_of_another_kind_ends_in_a_sentence(folder: BuildFolder) -> None:
+    """Catches: figures that are none, kept in the builder's folder."""
     with pytest.raises(MediaError, match="answers what no film shows"):
         do_sealed(FILMS, folder, None, taken_over(lambda aside: None, figures="none"))
 

@@ -12,7 +12,7 @@ import pytest
 from kit.registries import run
 from moireid.asbuilt import AsBuilt
 from moireid.badge import Badge
-from moireid.reading.film_reader import OwnReader
+from moireid.reading.film_reader import Reader
 from moireid.registry import Record, Registry
 from moireid.verifier.session import capture
 
@@ -30,7 +30,7 @@ def enroll(tmp_path: Path, ada: Badge, monkeypatch: pytest.MonkeyPatch):
     def enrolled(figures: AsBuilt, *words: str, code: int = 0):
         monkeypatch.setattr(capture, "capture_as_built", lambda *_, **__: figures)
         # In this process, so that it measures so, too.
-        monkeypatch.setattr("moireid.cli.enroll_cmd.sealed_reader", lambda *_, **__: nullcontext(OwnReader()))
+        monkeypatch.setattr("moireid.cli.enroll_cmd.sealed_reader", lambda *_, **__: nullcontext(Reader()))
         return run("enroll", tmp_path / "badge.json", "--capture", "film.mp4", *to, *words, code=code)
 
     enrolled.to = to  # type: ignore[attr-defined]

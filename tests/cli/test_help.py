@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import ast
 import re
 from collections.abc import Iterator
+from pathlib import Path
 
 import click
 import pytest
@@ -19,6 +21,8 @@ from moireid.simulate.light import LIGHTS
 from moireid.simulate.motion import NAMED
 from moireid.simulate.recording.encode import RECIPES
 from moireid.simulate.settings.places import SETTINGS
+
+SOURCE = Path(__file__).parents[2] / "src" / "moireid"
 
 
 def commands(group: click.Group = moireid, path: tuple[str, ...] = ()) -> Iterator[tuple[str, ...]]:
@@ -67,6 +71,26 @@ def test_a_mistyped_command_gets_the_nearest_one(typed: str, meant: str) -> None
     """Catches: 'no such command' of a group whose commands are loaded one by one, without the one that was meant."""
     done = CliRunner().invoke(moireid, typed.split())
     assert done.exit_code == 2 and re.search(rf"[Dd]id you mean '?{meant}", done.stderr), done.stderr
+
+
+#: Outside the commands: what prints whole commands to follow, the installer's own command, and a style sheet.
+NAME_OPTIONS = {
+    "bring_up.py", "progress_page.py", "assembly_words.py", "camera_page.py", "chart_page.py", "extras.py", "plots.py"
+}  # fmt: skip
+
+
+def test_only_commands_name_options() -> None:
+    """Catches: a library error that says "add --overwrite" to someone who calls it from Python.
+
+    `in_options` puts a command's options in the place of `overwrite=True`, `trust=...` or `(size_mm)`.
+    """
+    found = set()
+    for path in (one for one in SOURCE.rglob("*.py") if SOURCE / "cli" not in one.parents):
+        nodes = list(ast.walk(ast.parse(path.read_text(encoding="utf-8"))))
+        docstrings = {id(node.value) for node in nodes if isinstance(node, ast.Expr)}
+        texts = (node for node in nodes if isinstance(node, ast.Constant) and id(node) not in docstrings)
+        found |= {path.name for node in texts if re.search(r"(?<![\w-])--[a-z]", str(node.value))}
+    assert found == NAME_OPTIONS
 
 
 @pytest.mark.claim("What was removed says what to use instead")

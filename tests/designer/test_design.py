@@ -253,14 +253,14 @@ def test_following_the_advice_of_a_refusal_leads_to_a_badge(request_: Order) -> 
 def test_a_refused_range_names_the_least_board_that_serves() -> None:
     """Catches: "a larger board" without its size; one that is refused in turn; one where none serves."""
     far = asked(lens="62lpi-27mil", range_m=(0.8, 4.5))
-    with pytest.raises(DesignError, match=r"or give --size 200x219 --paper a3$"):
+    with pytest.raises(DesignError, match=r"or give size_mm=200x219 paper=a3$"):
         design_badge(far, PAYLOAD)
     larger = replace(far, size_mm=(200.0, 219.0), paper="a3")
     assert design_badge(larger, PAYLOAD).range_m == (0.8, 4.5)
     with pytest.raises(DesignError, match="read at"):
         design_badge(replace(larger, size_mm=(198.0, 218.0)), PAYLOAD)
     # Beyond A3 a print shop's paper, and a coarser lens sheet where that takes less of it; at last another camera.
-    with pytest.raises(DesignError, match=r"or give --size 288x315 --paper sra3 --lens 30lpi-47mil$"):
+    with pytest.raises(DesignError, match=r"or give size_mm=288x315 paper=sra3 lens=30lpi-47mil$"):
         design_badge(replace(far, range_m=(3.0, 8.0)), PAYLOAD)
     shops = replace(far, range_m=(3.0, 8.0), size_mm=(288.0, 315.0), paper="sra3", lens="30lpi-47mil")
     badge = design_badge(shops, PAYLOAD)

@@ -77,8 +77,6 @@ def test_measure_your_own_sheet(tmp_path: Path) -> None:
     said = run_notebook("08_measure_your_sheet.py", tmp_path)
     pitch, built = map(float, re.findall(r"pitch ([\d.]+) mm.*built ([\d.]+) mm", said)[0])
     assert abs(pitch - built) < 2e-4 < abs(built - 25.4 / 50)
-    thickness, cut = map(float, re.findall(r"thickness ([\d.]+) mm; built ([\d.]+) mm", said)[0])
-    assert abs(thickness - cut) < 0.03
 
 
 @pytest.mark.slow

@@ -1,9 +1,7 @@
-"""A first badge from the empty folder to the record, with pictures as a builder would take them."""
+"""A first badge from the empty folder to its figures, with pictures as a builder would take them."""
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 from pathlib import Path
 
@@ -36,8 +34,8 @@ def call(folder: Path, *more: str, code: int = 0) -> dict:
 @pytest.mark.slow
 def test_a_builder_is_led_to_a_badge_whose_figures_are_known(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     """Catches: a badge printed for the label in place of the sheet; figures that are off by more than their error
-    bars; air that is put down to the sheet; a step that is asked for twice; a name or identity in the record; a file
-    that is written and not protected in a folder of others."""
+    bars; air that is put down to the sheet; a step that is asked for twice; a file that is written and not
+    protected in a folder of others."""
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
     folder = tmp_path / "first"
     assert call(folder, "--name", "Ada Lovelace", "--lens", "50lpi", "--printer", "mine")["next"]["name"] == "sheet"
@@ -59,8 +57,7 @@ def test_a_builder_is_led_to_a_badge_whose_figures_are_known(tmp_path: Path, mon
         made = tmp_path / f"badge-film-{number}.mp4"
         film(scene, motion, made, frames=180, fps=30.0, seed=number)
         made.rename(folder / made.name)
-    record = tmp_path / "record.json"
-    done = call(folder, "--record", str(record))
+    done = call(folder)
     assert done["did"] == ["films"] and done["done"] and done["refused"] is None
     assert call(folder)["did"] == []
     builders = {"sheet-photo.jpg", "badge-film-1.mp4", "badge-film-2.mp4"}
@@ -75,18 +72,4 @@ def test_a_builder_is_led_to_a_badge_whose_figures_are_known(tmp_path: Path, mon
         "Pitch on the badge": 0.508 * LENS_SCALE,
     }.items():
         assert abs(figures[name]["value"] - value) < 3 * figures[name]["sd"], figures[name]
-    assert figures["Air under the sheet"]["sd"] < 0.04 and figures["Flatness"]["value"] is None
-    page = (folder / "report.html").read_text(encoding="utf-8")
-    assert "is built and measured" in page and page.count("data:image") >= 4 and 'src="http' not in page
-
-    text = record.read_text()
-    document = json.loads(text)
-    for shared in document["films"]:
-        assert len(shared["crops"]) == 6 and shared["verdict"] == "accept"
-        rows = csv.DictReader(io.StringIO(shared["signals_csv"]))
-        pairs = [[float(row[key]) for key in ("measured_rad_0", "predicted_rad_0", "phase_sd_rad_0")] for row in rows]
-        assert np.corrcoef(*np.array([pair[:2] for pair in pairs if np.isfinite(pair[2])]).T)[0, 1] > 0.99
-        for crop in shared["crops"]:
-            crop.pop("png")
-    left = json.dumps(document)
-    assert "Lovelace" not in text and badge.id not in text and str(tmp_path) not in left
+    assert figures["Air under the sheet"]["sd"] < 0.04

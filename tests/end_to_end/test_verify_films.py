@@ -312,7 +312,7 @@ def test_a_copy_is_rejected_unasked_where_the_badge_is_known_as_built(ada, ada_f
     """Catches: a copy that passes unless somebody thinks of asking, and an original that is left open."""
     report = verify(ada_film, Question(ada, ada.id))
     invariant = report.invariant
-    built = filmed_built(report.track, report.measurement, invariant.gain_ratio, invariant.gain_sd).as_built
+    built = filmed_built(report.track, report.measurement, invariant.gain_ratio, invariant.gain_sd)[0]
     original = verify(ada_film, Question(ada, ada.id, as_built=built))
     assert (original.verdict, original.identity.built) == ("accept", "agrees")
     elsewhere = replace(built, offset_rad=built.offset_rad + 2.0)
@@ -329,7 +329,7 @@ def test_an_enrolment_that_was_turned_against_its_holder_leaves_the_true_badge_a
     report that keeps silent on the figures that it used."""
     report = verify(ada_film, Question(ada, ada.id))
     invariant = report.invariant
-    true = filmed_built(report.track, report.measurement, invariant.gain_ratio, invariant.gain_sd).as_built
+    true = filmed_built(report.track, report.measurement, invariant.gain_ratio, invariant.gain_sd)[0]
     poison = replace(true, gain_ratio=0.68, offset_rad=true.offset_rad + 2.0)
     url = registry_of(tmp_path / "r.sqlite3", ada)
     with open_registry(url, create=False) as registry:

@@ -154,11 +154,10 @@ def test_a_part_that_hangs_in_the_air_is_refused(plan: AcrylicPlan) -> None:
 def test_page_and_sheet_are_held_as_designed(kind: str, ada: Badge) -> None:
     """Catches: springs that reach into the page, a sheet that no lip touches, air between page and sheet."""
     parts = {name: solid_parts.solid_of(solid) for name, solid in mount_solids(ada, kind).items()}
-    carrier = parts["holder" if kind == "holder" else "tray"]
-    page, sheet = parts["page"], parts["sheet-0"]
+    carrier, page, sheet = parts["tray"], parts["page"], parts["sheet-0"]
     assert page.min_gap(sheet, 1.0) < 1e-3 and page.min_gap(carrier, 1.0) < 1e-3
     for one, other in ((page, sheet), (page, carrier), (sheet, carrier)):
         assert (one ^ other).volume() < 0.01
-    # Lips press on the sheet of a tray; a holder's badge has room to be pressed in.
-    assert sheet.min_gap(carrier, 1.0) == pytest.approx(0.0 if kind != "holder" else 0.1, abs=2e-3)
-    assert page.bounding_box()[2] == pytest.approx(0.1 if kind != "holder" else 0.0, abs=1e-6)
+    # Lips press on the sheet.
+    assert sheet.min_gap(carrier, 1.0) == pytest.approx(0.0, abs=2e-3)
+    assert page.bounding_box()[2] == pytest.approx(0.1, abs=1e-6)

@@ -33,13 +33,13 @@ from moireid.idcodes import specimen_of
 from moireid.registry import Registry, import_registry, open_registry
 from moireid.registry.bundle.held import Bundle
 from moireid.registry.checkpoints.checkpoint import read_checkpoint
-from moireid.registry.merge import checked_copy
+from moireid.registry.transfer import checked_copy
 
 KINDS = {"error": 1, "short write": 2, "full disk": 3, "kill": 4, "torn write": 5}
 SOURCE = Path(__file__).with_name("faults.c")
 #: Exit codes of an operation's process: done, refused in a sentence; anything else but a kill is wrong.
 DONE, REFUSED, WRONG = 0, 3, 4
-FILES = ("out.json", "bundle", "checkpoint")
+FILES = ("out.sqlite3", "bundle", "checkpoint")
 #: A way to fail, the number of a call, and the name of that call.
 Point = tuple[str, int, str]
 
@@ -66,11 +66,11 @@ def people(first: Badge, count: int) -> list[Badge]:
 
 
 def imported(folder: Path) -> None:
-    import_registry(folder / "in.json", at_home(folder))
+    import_registry(folder / "in.sqlite3", at_home(folder))
 
 
 def exported(registry: Registry, folder: Path) -> None:
-    registry.export_json(folder / "out.json", overwrite=True)
+    registry.export(folder / "out.sqlite3", overwrite=True)
 
 
 def pointed(registry: Registry, folder: Path) -> None:
@@ -108,7 +108,7 @@ def prepare(folder: Path, name: str) -> None:
         if name == "import":
             registry.enroll_many(people(badge_of("Cy"), 5))
             registry.revoke("Ada", "lost")
-            registry.export_json(folder / "in.json")
+            registry.export(folder / "in.sqlite3")
         else:
             registry.enroll(badge_of("Cy"))
     if name == "import":
@@ -138,8 +138,8 @@ def state_of(folder: Path) -> tuple[Any, ...]:
         os.environ["MOIREID_SEEN"] = str(folder / "tmp" / "another person's")
         with Bundle(folder / "bundle") as bundle:
             bundle.claimed("Bo")
-    if (folder / "out.json").exists():
-        with checked_copy(folder / "out.json"):
+    if (folder / "out.sqlite3").exists():
+        with checked_copy(folder / "out.sqlite3"):
             pass
     return tuple(found)
 

@@ -19,7 +19,7 @@ def bad_result(talk: Talk) -> None:
 
 
 def bad_pictures(talk: Talk) -> None:
-    _say(talk, {"pictures": {"files": {"a": 1}, "plots": 7}})
+    _say(talk, {"pictures": {"files": {"a": 1}, "signals": 7}})
 
 
 def says_stopped(talk: Talk) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import pwd
 import shutil
@@ -12,7 +11,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
-from typing import Any
 
 import pytest
 from click.testing import CliRunner, Result
@@ -91,15 +89,6 @@ def rows_of(url: str, query: str) -> list[dict[str, object]]:
             return [dict(row._mapping) for row in connection.execute(text(query))]
     finally:
         engine.dispose()
-
-
-def spelled(document: dict[str, Any]) -> str:
-    """An export with this content, each item of it a line of its own."""
-    arrays = [document[name] for name in ("records", "log")]
-    head = json.dumps({name: value for name, value in document.items() if not isinstance(value, list)})
-    marks = [f'{head[:-1]},"records":[\n', '],"log":[\n', "]}\n"]
-    items = ["".join(f"{',' if n else ''}{json.dumps(one)}\n" for n, one in enumerate(array)) for array in arrays]
-    return "".join(part for pair in zip(marks, [*items, ""], strict=True) for part in pair)
 
 
 def state_of(url: str) -> dict[str, list[dict[str, object]]]:

@@ -23,7 +23,7 @@ from moireid.badge import load_badge
 from moireid.cli.main import moireid
 from moireid.errors import MediaError
 from moireid.reading import film_reader as reading
-from moireid.reading.film_reader import ANSWER_BYTES, SealedReader, film_reader
+from moireid.reading.film_reader import ANSWER_BYTES, Reader, film_reader
 from moireid.sandbox.seal import MEANS
 from moireid.verifier import Question, verify
 
@@ -37,13 +37,12 @@ def film(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def reader(film: Path) -> Iterator[SealedReader]:
+def reader(film: Path) -> Iterator[Reader]:
     with film_reader([film]) as made:
-        assert isinstance(made, SealedReader)
         yield made
 
 
-def read(reader: SealedReader, order: Any) -> dict[str, Any]:
+def read(reader: Reader, order: Any) -> dict[str, Any]:
     return reader.read(order, lambda done, of: None)
 
 
@@ -52,7 +51,7 @@ def read(reader: SealedReader, order: Any) -> dict[str, Any]:
     ("act", "words"),
     [("grow", "asks for more memory"), ("write", "File too large|Permission denied"), ("open", "Too many open files")],
 )
-def test_a_film_cannot_take_the_machine(reader: SealedReader, act: str, words: str) -> None:
+def test_a_film_cannot_take_the_machine(reader: Reader, act: str, words: str) -> None:
     """Catches: memory, descriptors or a disk that a decoder may use up."""
     with pytest.raises(MediaError, match=words):
         read(reader, HostileOrder(act))
@@ -60,7 +59,7 @@ def test_a_film_cannot_take_the_machine(reader: SealedReader, act: str, words: s
 
 @pytest.mark.claim("A film cannot have another file read")
 @linux
-def test_a_film_cannot_read_another_file(reader: SealedReader, tmp_path: Path) -> None:
+def test_a_film_cannot_read_another_file(reader: Reader, tmp_path: Path) -> None:
     """Catches: an order that is carried out before the seal, or without one."""
     (tmp_path / "key.pem").write_text("secret")
     with pytest.raises(MediaError, match="Permission denied"):
@@ -90,9 +89,7 @@ def test_no_secret_of_the_command_is_in_the_memory_of_its_reader(film: Path) -> 
 
 
 @linux
-def test_nothing_is_waited_for_without_an_end(
-    reader: SealedReader, film: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_nothing_is_waited_for_without_an_end(reader: Reader, film: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Catches: a stopped process that is waited for, and left behind."""
     monkeypatch.setattr(reading, "SILENCE_S", 1.0)
     with pytest.raises(MediaError, match=r"film\.mp4 does not answer"):
@@ -145,7 +142,7 @@ def test_verify_says_how_it_read_the_film_and_judges_as_before(film: Path) -> No
 @linux
 def test_where_nothing_seals_the_command_line_warns(film: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Catches: a seal that is reported though the kernel refuses it; a silence about it."""
-    monkeypatch.setattr(SealedReader, "sealed", ("no_new_privileges",))
+    monkeypatch.setattr(Reader, "sealed", ("no_new_privileges",))
     done = ran("verify", str(film), "--badge", str(FILMS / "badge.json"), "--json")
     assert json.loads(done.stdout)["sealed"] == ["no_new_privileges"]
     assert done.stderr.startswith("note: the process that read the film could reach the network")

@@ -97,8 +97,8 @@ def full(registry: Registry) -> Registry:
 
 @pytest.fixture
 def exported(full: Registry, tmp_path: Path) -> Path:
-    assert full.export_json(tmp_path / "out" / "people.json") == 3
-    return tmp_path / "out" / "people.json"
+    assert full.export(tmp_path / "out" / "export.sqlite3") == 3
+    return tmp_path / "out" / "export.sqlite3"
 
 
 @pytest.fixture
@@ -107,15 +107,3 @@ def target(request: pytest.FixtureRequest, url: str, tmp_path: Path) -> str:
     if url.startswith("sqlite"):
         return request.getfixturevalue("postgres").fresh()
     return url_of(tmp_path / "target.sqlite3")
-
-
-@pytest.fixture(scope="session")
-def three_exported(tmp_path_factory: pytest.TempPathFactory) -> bytes:
-    """An export of three badges: what a test that only reads it need not make again."""
-    folder = tmp_path_factory.mktemp("exported")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("MOIREID_KEYS", str(folder / "keys"))
-        with open_registry(url_of(folder / "people.sqlite3"), create=True) as registry:
-            fill(registry)
-            registry.export_json(folder / "people.json")
-    return (folder / "people.json").read_bytes()

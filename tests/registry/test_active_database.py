@@ -55,7 +55,7 @@ def _put_back(url: str, record: dict[str, Any]) -> None:
 def _forged(url: str, seq: int) -> dict[str, Any]:
     """An entry by which the record of Bo before its revocation would be the newest; its signature is none."""
     first = _row(url, "SELECT * FROM log WHERE seq = 3")
-    entry = first | {"seq": seq, "action": "reinstate"}
+    entry = first | {"seq": seq, "action": "revoke"}
     return entry | {"hash": entry_hash(entry), "signature": "00" * 64}
 
 
@@ -130,9 +130,9 @@ def test_an_index_that_hides_the_newest_entry_changes_nothing(
         ways: dict[str, Callable[[], object]] = {
             "claim": lambda: claimed(registry, "Bo"),
             "bundle": lambda: registry.publish(tmp_path / "people.bundle", specimen_of, days=1),
-            "export": lambda: registry.export_json(tmp_path / "people.json"),
+            "export": lambda: registry.export(tmp_path / "people.out"),
             "figures": lambda: registry.store_as_built(record["id"], '{"a": 1}'),
-            "suspension": lambda: registry.suspend("Bo", "lost"),
+            "revocation": lambda: registry.revoke("Bo", "lost"),
         }
         assert {name: _refused(way) for name, way in ways.items()} == dict.fromkeys(ways, "record_stale")
         assert {one.code for one in registry.audit().findings} == {"record_stale"}

@@ -48,8 +48,8 @@ def test_the_chain_stays_and_checkpoints_hold(erased):
 def test_no_file_holds_the_person(erased, url, path, tmp_path):
     """Catches: pages of SQLite that keep what was deleted; statistics of PostgreSQL; a packed badge; an export."""
     registry, badge, _ = erased
-    registry.export_json(tmp_path / "after.json")
-    files = [path, tmp_path / "after.json"] if url.startswith("sqlite") else [tmp_path / "after.json"]
+    registry.export(tmp_path / "after.sqlite3")
+    files = [path, tmp_path / "after.sqlite3"] if url.startswith("sqlite") else [tmp_path / "after.sqlite3"]
     packed = pack(replace(badge).to_json())[20:60]
     for file in files:
         content = file.read_bytes()
@@ -103,17 +103,17 @@ def test_an_import_erases_too_and_never_brings_back(registry, url, target, tmp_p
     """Catches: a person who comes back from a copy that did not learn of it; a copy that keeps them."""
     for name in ("Ada", NAME):
         registry.enroll(badge_of(name))
-    registry.export_json(tmp_path / "before.json")
-    import_registry(tmp_path / "before.json", target)
+    registry.export(tmp_path / "before.sqlite3")
+    import_registry(tmp_path / "before.sqlite3", target)
     registry.erase(NAME)
-    registry.export_json(tmp_path / "after.json")
+    registry.export(tmp_path / "after.sqlite3")
     with open_registry(target, create=False) as copy:
-        done = copy.import_json(tmp_path / "after.json")
+        done = import_registry(tmp_path / "after.sqlite3", target)
         assert (done.added, done.erased) == (0, 1)
         assert [record.name for record in copy.records()] == ["Ada"]
         seen = copy.audit()
         assert (seen.sound, seen.erased) == (True, 1)
-    registry.import_json(tmp_path / "before.json")
+    import_registry(tmp_path / "before.sqlite3", url)
     assert [record.name for record in registry.records()] == ["Ada"] and registry.audit().sound
 
 

@@ -77,10 +77,10 @@ def test_an_audit_finds_an_earlier_set_that_was_taken_out(url, registry, ada):
         registry.find("Ada")
     tamper(url, "UPDATE badges SET as_built_earlier = :text", text=pack(json.dumps([])))
     assert [one.code for one in registry.audit().findings] == ["record_signature"]
-    # One who has the key signs the shorter record and enters it as a reinstatement.
+    # One who has the key signs the shorter record and enters it as a revocation.
     tamper(url, "UPDATE badges SET as_built_earlier = :text", text=pack(now.as_built_earlier))
     with registry._ledger.writing("Eve") as transaction:
-        transaction.change(replace(now, as_built_earlier=None), "reinstate")
+        transaction.change(replace(now, as_built_earlier=None), "revoke")
     assert [one.code for one in registry.audit().findings] == ["figures_missing"]
 
 

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
@@ -14,8 +12,8 @@ from moireid.cli.main import moireid
 from moireid.errors import RegistryError, SpecError
 from moireid.provenance import Provenance
 from moireid.question import Question
-from moireid.registry import LookAlikeWarning, claimed, claimed_by_file, open_registry
-from moireid.registry.look_alikes import folded_skeleton, looks_like, skeleton
+from moireid.registry import claimed, claimed_by_file, open_registry
+from moireid.registry.look_alikes import alike_within, folded_skeleton, skeleton
 from moireid.verifier.identity.decode import Identity
 from moireid.verifier.session.claim import claim_reasons
 from moireid_studio.jobs.orders import VisitorOrder, checked
@@ -70,8 +68,8 @@ def test_other_names_do_not(one: str, other: str) -> None:
 )
 def test_case_and_width_hide_no_one(one: str, other: str) -> None:
     """Catches: a search that folds neither, or folds first and so loses what capitals look like."""
-    assert looks_like(one, other) and looks_like(other, one)
-    assert not looks_like("Ada", "Ida") and not looks_like("Ali", "All")
+    assert alike_within([one, other]) == [(other, one)] and alike_within([other, one]) == [(one, other)]
+    assert alike_within(["Ada", "Ida", "Ali", "All", "Ada"]) == []
     assert folded_skeleton("Zo\u00eb") != folded_skeleton("Zoe")
 
 
@@ -125,21 +123,6 @@ def test_invisible_letters_are_refused_in_every_way_in(tmp_path, keys, letter) -
             done = CliRunner().invoke(moireid, [*way, "--registry", url])
             assert done.exit_code == 2 and "invisible" in done.stderr, done.output
         assert registry.count() == 0 and not (tmp_path / "out").exists()
-
-
-def test_the_python_face_warns_too(tmp_path, keys) -> None:
-    """Catches: a program that enrolls by the library and gets no warning; a warning for oneself; one given twice."""
-    with open_registry(url_of(tmp_path / "r.sqlite3"), create=True) as registry:
-        with warnings.catch_warnings():
-            warnings.simplefilter("error")
-            registry.enroll(badge_of("Ada Lovelace"))
-            registry.enroll(badge_of("Ada Lovelace", b"another."))
-            registry.enroll(badge_of("ADA LOVELACE", b"warned. "), warned=True)
-        with pytest.warns(LookAlikeWarning, match=r"looks like Ada Lovelace") as caught:
-            registry.enroll(badge_of(CYRILLIC))
-        assert Path(caught[0].filename) == Path(__file__)
-        with pytest.warns(LookAlikeWarning, match="'bo' looks like Bo"):
-            registry.enroll_many(iter([badge_of("Bo"), badge_of("bo", b"bo......")]))
 
 
 def test_a_claim_with_hidden_letters_is_noted(tmp_path, keys) -> None:

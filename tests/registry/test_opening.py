@@ -120,14 +120,14 @@ def test_empty_file_is_no_registry_until_it_is_made_one(path):
 
 @pytest.mark.parametrize(
     ("change", "found"),
-    [("UPDATE schema_version SET version = 8", "8"), ("DELETE FROM schema_version", "none")],
+    [("UPDATE schema_version SET version = 9", "9"), ("DELETE FROM schema_version", "none")],
 )
 @pytest.mark.parametrize("create", [False, True])
 def test_other_schema_version_is_refused(url, change, found, create):
     """Catches: reading tables of another version by the rules of this one; no word of what to do."""
     open_registry(url, create=True).close()
     tamper(url, change)
-    with pytest.raises(RegistryError, match=f"schema version {found}, and this moireid reads version 7; .*a newer one"):
+    with pytest.raises(RegistryError, match=f"schema version {found}, and this moireid reads version 8; .*a newer one"):
         open_registry(url, create=create)
 
 
@@ -175,10 +175,10 @@ def test_a_new_registry_and_its_export_are_their_owners_alone(path, tmp_path):
     try:
         with open_registry(url_of(path), create=True) as registry:
             registry.enroll(badge_of("Ada"))
-            registry.export_json(tmp_path / "out.json")
+            registry.export(tmp_path / "out.sqlite3")
     finally:
         os.umask(was)
-    assert [stat.S_IMODE(one.stat().st_mode) for one in (path, tmp_path / "out.json")] == [0o600, 0o600]
+    assert [stat.S_IMODE(one.stat().st_mode) for one in (path, tmp_path / "out.sqlite3")] == [0o600, 0o600]
 
 
 def test_folder_that_cannot_be_made(path):

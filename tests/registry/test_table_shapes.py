@@ -17,7 +17,7 @@ CHANGES = {
     "subject, record_sha256, actor, hash, signature FROM was; DROP TABLE was;",
     "no log": "DROP TABLE log;",
     "log as a view": "ALTER TABLE log RENAME TO was; CREATE VIEW log AS SELECT * FROM was;",
-    "a column less": "ALTER TABLE badges DROP COLUMN expires;",
+    "a column less": "ALTER TABLE badges DROP COLUMN revoked_reason;",
 }
 
 
@@ -77,7 +77,7 @@ def test_bytes_in_a_column_of_text_end_in_a_sentence(tmp_path: Path, column: str
     url, (table, name) = _made(tmp_path / "people.sqlite3"), column.split(".")
     _script(tmp_path / "people.sqlite3", f"UPDATE {table} SET {name} = X'FF00';")
     with open_registry(url, create=False) as own, pytest.raises(RegistryError, match="; restore it from a copy"):
-        own.export_json(tmp_path / "people.json")
+        own.export(tmp_path / "people.out")
     with open_registry(url, create=False) as own:
         try:
             assert not own.audit().sound

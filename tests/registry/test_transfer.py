@@ -2,37 +2,24 @@
 
 from __future__ import annotations
 
-import json
+import sqlite3
 
 import pytest
 
 from kit.registries import badge_of, state_of, tamper, url_of
 from moireid.errors import RegistryError
-from moireid.registry import Import, import_registry, open_registry, schema
+from moireid.registry import Import, engine, import_registry, open_registry, transfer
 
 # Export.
 
 
-def test_export_is_plain_json_with_everything_in_it(full, exported):
-    """Catches: a file that only we can read; figures lost on the way; something private in it."""
-    document = json.loads(exported.read_text(encoding="utf-8"))
-    assert list(document) == [
-        *("format", "version", "public_key", "head_seq", "head_hash", "head_signature"),
-        *("records", "log"),
-    ]
-    assert (document["format"], document["version"]) == ("moireid registry", 7)
-    assert f"{document['head_seq']}:{document['head_hash']}" == full.head()
-    by_id = {record.id: record for record in full.records()}
-    assert [item["id"] for item in document["records"]] == sorted(by_id)
-    for item in document["records"]:
-        record = by_id[item["id"]]
-        assert item["badge"] == json.loads(record.badge.to_json())
-        assert item["as_built"] == (json.loads(record.as_built) if record.as_built else None)
-        times = (item["issued_at"], item["revoked_at"], item["as_built_at"])
-        assert times == (record.issued_at, record.revoked_at, record.as_built_at)
-        assert (item["name_nfc"], item["revoked_reason"]) == (record.name, record.revoked_reason)
-    assert [entry["seq"] for entry in document["log"]] == [1, 2, 3, 4, 5, 6]
-    assert "PRIVATE" not in exported.read_text(encoding="utf-8")
+def test_an_export_is_a_registry_that_can_be_read(full, exported, monkeypatch, tmp_path):
+    """Catches: figures lost on the way; a file that only an import can read; something private in it."""
+    monkeypatch.setenv("MOIREID_KEYS", str(tmp_path / "elsewhere"))
+    with open_registry(url_of(exported), create=False) as copy:
+        assert list(copy.records()) == list(full.records()) and copy.head() == full.head() and copy.audit().sound
+        with pytest.raises(RegistryError, match="can only be read here"):
+            copy.enroll(badge_of("Di"))
 
 
 @pytest.mark.parametrize(
@@ -48,28 +35,29 @@ def test_unsound_registry_is_not_exported(url, full, tmp_path, change):
     """Catches: a backup that no one can restore; half a file."""
     tamper(url, change)
     with pytest.raises(RegistryError, match="tampered with or is damaged"):
-        full.export_json(tmp_path / "out" / "people.json")
+        full.export(tmp_path / "out" / "people.sqlite3")
     assert list((tmp_path / "out").iterdir()) == []
 
 
 @pytest.mark.usefixtures("machines")
 def test_export_is_one_state(url, full, tmp_path, monkeypatch):
-    """Catches: records of one moment and a log of another, where somebody enrolls between two pages."""
+    """Catches: records of one moment and a log of another, where somebody enrolls between two tables."""
     if url.startswith("sqlite"):
         url = url.replace("people.sqlite3", "people.sqlite3?timeout=0.05")
-    monkeypatch.setattr(schema, "PAGE", 2)
-    monkeypatch.setattr("moireid.registry.export_file.STEP", 1)
-    refused = []
+    refused, rows_of = [], transfer.pages
 
-    def meanwhile(done: int, total: int | None) -> None:
+    def meanwhile(*query):
         with open_registry(url, create=False) as other:
             try:
-                other.enroll(badge_of("Bo", bytes([done, 0, 0])))
+                other.enroll(badge_of("Bo", bytes([len(refused), other.count(), 0])))
             except RegistryError as error:
                 refused.append(str(error))
+        return rows_of(*query)
 
-    full.export_json(tmp_path / "people.json", progress=meanwhile)
-    assert import_registry(tmp_path / "people.json", url_of(tmp_path / "copy.sqlite3")) == Import(3, 0, 0)
+    monkeypatch.setattr(transfer, "pages", meanwhile)
+    full.export(tmp_path / "copy.sqlite3")
+    monkeypatch.undo()
+    assert import_registry(tmp_path / "copy.sqlite3", url_of(tmp_path / "other.sqlite3")) == Import(3, 0, 0)
     # SQLite lets the writers wait, PostgreSQL lets them write.
     assert all("locked" in text for text in refused) and full.count() + len(refused) == 6
 
@@ -90,6 +78,56 @@ def test_import_makes_a_copy(url, full, exported, target, prepared):
         assert copy.fingerprint == full.fingerprint
 
 
+CHANGES = {
+    "name": "UPDATE badges SET name_nfc = 'Eve' WHERE name_nfc = 'Ada'",
+    "unrevoked": "UPDATE badges SET revoked_at = NULL, revoked_reason = NULL",
+    "record dropped": "DELETE FROM badges WHERE name_nfc = 'Ada'",
+    "entry dropped": "DELETE FROM log WHERE seq = 6",
+    "end cut": "DELETE FROM log WHERE seq = 6; UPDATE authority SET head_seq = 5",
+    "another key": f"UPDATE authority SET public_key = '{'00' * 32}'",
+    "no head": "DELETE FROM authority",
+    "bytes": "UPDATE log SET actor = X'FF00'",
+    "no text": "UPDATE badges SET issued_at = CAST(X'FF00' AS TEXT)",
+    "version": "UPDATE schema_version SET version = 99",
+    "no table": "DROP TABLE log",
+}
+
+
+@pytest.mark.parametrize("change", [*CHANGES, "cut", "text"])
+def test_a_changed_file_changes_nothing(exported, url, tmp_path, change):
+    """Catches: a part of the file that is believed; half of it imported; an error of the parser or the driver."""
+    with open_registry(url_of(tmp_path / "target.sqlite3"), create=True) as registry:
+        before = state_of(registry.shown_url)
+        if change in CHANGES:
+            with sqlite3.connect(exported) as database:
+                database.executescript(CHANGES[change])
+        else:
+            exported.write_bytes(exported.read_bytes()[:5000] if change == "cut" else b"{}")
+        with pytest.raises(RegistryError) as caught:
+            import_registry(exported, registry.shown_url)
+        assert "\n" not in str(caught.value) and state_of(registry.shown_url) == before
+
+
+def test_database_that_fails_halfway_keeps_the_old_state(full, exported, target, monkeypatch):
+    """Catches: an import in several transactions."""
+    open_registry(target, create=True).close()
+    before, copied, done = state_of(target), transfer._copy, []
+    monkeypatch.setattr(engine, "CHUNK", 1)
+
+    def failing(there, here):
+        copied(there, here)
+        # The first copy is that into the temporary folder.
+        if done:
+            raise RegistryError("the disk is full")
+        done.append(True)
+
+    monkeypatch.setattr(transfer, "_copy", failing)
+    with pytest.raises(RegistryError, match="disk is full"):
+        import_registry(exported, target)
+    assert state_of(target) == before
+    monkeypatch.undo()
+
+
 # Import into a registry that holds something.
 
 
@@ -99,7 +137,7 @@ def test_another_authoritys_export_is_refused(full, exported, target):
         other.enroll(badge_of("Di"))
         before = state_of(target)
         with pytest.raises(RegistryError, match=f"of {full.fingerprint}; import it into an empty registry"):
-            other.import_json(exported)
+            import_registry(exported, target)
         assert state_of(target) == before
 
 
@@ -108,7 +146,7 @@ def test_copy_catches_up_without_the_private_key(url, full, exported, target, mo
     import_registry(exported, target)
     full.enroll(badge_of("Di"))
     full.revoke("Ada", "left")
-    full.export_json(exported, overwrite=True)
+    full.export(exported, overwrite=True)
     monkeypatch.setenv("MOIREID_KEYS", str(tmp_path / "elsewhere"))
     assert import_registry(exported, target) == Import(1, 1, 2)
     assert state_of(target) == state_of(url)
@@ -119,26 +157,26 @@ def test_copy_catches_up_without_the_private_key(url, full, exported, target, mo
 def test_copies_that_both_grew_are_forks(url, full, exported, target, tmp_path):
     """Catches: a log that takes in what another signed in the place of its own; half of an import."""
     import_registry(exported, target)
-    full.suspend("Ada", "mislaid")
+    full.revoke("Ada", "mislaid")
     with open_registry(target, create=False) as copy:
         copy.enroll(badge_of("Ed"))
-        full.export_json(tmp_path / "a.json")
-        copy.export_json(tmp_path / "b.json")
-        for registry, at, file in ((full, url, "b.json"), (copy, target, "a.json")):
+        full.export(tmp_path / "a.sqlite3")
+        copy.export(tmp_path / "b.sqlite3")
+        for at, file in ((url, "b.sqlite3"), (target, "a.sqlite3")):
             before = state_of(at)
             with pytest.raises(RegistryError) as caught:
-                registry.import_json(tmp_path / file)
+                import_registry(tmp_path / file, at)
             assert caught.value.details["code"] == "forked" and state_of(at) == before
 
 
 def test_records_go_on_under_a_new_key(full, tmp_path, keys):
     """Catches: a registry whose key was lost that is lost with it; figures, revocations or erased ids left behind."""
     full.erase("Zo\u00eb")
-    full.export_json(tmp_path / "all.json")
+    full.export(tmp_path / "all.sqlite3")
     for key in keys.iterdir():
         key.unlink()
     new = url_of(tmp_path / "new.sqlite3")
-    assert import_registry(tmp_path / "all.json", new, new_key=True).added == 2
+    assert import_registry(tmp_path / "all.sqlite3", new, new_key=True).added == 2
     with open_registry(new, create=False) as registry:
         assert registry.audit().sound and registry.fingerprint != full.fingerprint and registry.key_here is not None
         same = list(registry.records())
@@ -146,4 +184,4 @@ def test_records_go_on_under_a_new_key(full, tmp_path, keys):
         with pytest.raises(RegistryError, match="was erased"):
             registry.enroll(badge_of("Zo\u00eb"))
     with pytest.raises(RegistryError, match="is not empty"):
-        import_registry(tmp_path / "all.json", new, new_key=True)
+        import_registry(tmp_path / "all.sqlite3", new, new_key=True)

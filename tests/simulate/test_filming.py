@@ -137,14 +137,6 @@ def test_one_seed_makes_one_film(prototype, tmp_path):
     assert np.abs(pictures(one).astype(int) - pictures(other)).max() > 5
 
 
-def test_a_quick_film_shows_the_same_in_a_larger_file(prototype, tmp_path):
-    """Catches: an option that is taken and not passed on; fewer frames, or other pictures."""
-    reports = [shoot(prototype, tmp_path / f"{quick}.mp4", quick=quick) for quick in (False, True)]
-    usual, quick = (report.video for report in reports)
-    assert quick.stat().st_size > 1.5 * usual.stat().st_size
-    assert np.abs(pictures(quick).astype(float) - pictures(usual)).mean() < 4
-
-
 def test_brightness_survives_the_file(prototype, tmp_path):
     """Catches: full-range luma in a file that players and our own reader take for limited range: black and white
     clip, and all contrast grows by 255/219.

@@ -9,16 +9,14 @@ from itertools import islice
 from pathlib import Path
 
 import av
-import cv2
 import numpy as np
 import pytest
 
-from kit.coded_films import first_frames, written
-from moireid.badge import load_badge
+from kit.coded_films import written
 from moireid.errors import MediaError
-from moireid.verifier import KnownCamera, Question, verify, video
+from moireid.verifier import Question, verify, video
 from moireid.verifier.picture import LINEAR_COUNTS
-from moireid.verifier.video import Film, picture_of, unreduced_px
+from moireid.verifier.video import Film, picture_of
 
 
 @pytest.mark.parametrize(
@@ -122,66 +120,15 @@ def test_an_error_of_the_decoder_comes_at_its_frame(tmp_path, monkeypatch, good)
     assert seen == list(range(good)) and not decoders()
 
 
-def test_pictures_beyond_8k_are_refused_with_their_size(tmp_path):
-    """Catches: a film of a sixteen-thousand-pixel camera that is refused without a reason; one of 8K that is."""
-    for size in ("W7680 H4320", "W9000 H4608"):
-        path = tmp_path / f"{size}.y4m"
-        path.write_bytes(f"YUV4MPEG2 {size} F30:1 Cmono\nFRAME\n".encode())
-    assert Film(tmp_path / "W7680 H4320.y4m").reduced_by == 2
+def test_pictures_beyond_4k_are_refused_with_their_size(tmp_path):
+    """Catches: a film of a sixteen-thousand-pixel camera that is refused without a reason; one of 4K that is."""
+    for size in ("W4096 H2304", "W7680 H4320", "W9000 H4608"):
+        (tmp_path / f"{size}.y4m").write_bytes(f"YUV4MPEG2 {size} F30:1 Cmono\nFRAME\n".encode())
+    assert Film(tmp_path / "W4096 H2304.y4m").width == 4096
     with pytest.raises(MediaError, match="7680 x 4320"):
-        Film(tmp_path / "W7680 H4320.y4m", reduced=False)
+        Film(tmp_path / "W7680 H4320.y4m")
     with pytest.raises(MediaError, match=r"8K|9000 x 4608"):
-        Film(path)
-
-
-@pytest.mark.parametrize("size", [(96, 192), (98, 194)])
-def test_large_pictures_are_read_as_means_of_whole_blocks(tmp_path, monkeypatch, size):
-    """Catches: a factor that is no whole number, so that places drift over the picture; blocks that slip at a border;
-    the pictures for people of another size than those that were judged.
-    """
-    monkeypatch.setattr(video, "MOST_PIXELS", 35 * 70)
-    picture = np.random.default_rng(1).integers(60, 190, size).astype(np.uint8)
-    path = written(tmp_path / "a.mp4", [picture] * 3, "libx264", "yuvj444p", full_range=True)
-    film = Film(path)
-    assert film.reduced_by == 3 and (film.height, film.width) == (32, 64)
-    assert (film.described()["height"], film.described()["width"], film.described()["reduced_by"]) == (*size, 3)
-    with av.open(str(path)) as container:
-        coded = picture_of(next(container.decode(video=0))).whole
-    means = coded[:96, :192].reshape(32, 3, 64, 3).mean(axis=(1, 3))
-    for frame in film.frames():
-        assert frame.luma.shape == (32, 64) and np.abs(frame.luma - means).max() <= 0.51
-    assert film.picture(1)[0].shape == (32, 64, 3)
-
-
-def test_places_read_are_those_of_the_film():
-    """Catches: half a pixel lost, as the middle of the first block is not that of its first pixel."""
-    picture = np.zeros((60, 90), np.uint8)
-    picture[33:36, 12:15] = 255
-    row, column = (int(place[0]) for place in np.nonzero(cv2.resize(picture, (30, 20), interpolation=cv2.INTER_AREA)))
-    assert list(unreduced_px(np.array([column, row]), 3)) == [13.0, 34.0]
-    assert list(unreduced_px(np.array([-0.5, 7.0]), 2)) == [-0.5, 14.5] and unreduced_px(np.array(5.0), 1) == 5.0
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("focal_px", [None, 1500.0])
-def test_a_film_read_reduced_is_told_in_its_own_pixels(films: Path, tmp_path, monkeypatch, focal_px):
-    """Catches: a focal length or a place in pixels of the smaller picture, given or found; a silence about it."""
-    camera = None if focal_px is None else KnownCamera(focal_px)
-    claim = Question(load_badge(films / "badge.json"), camera=camera)
-    film = first_frames(films / "genuine_1.0m.mp4", tmp_path / "short.mp4", 120)
-    whole = verify(film, claim).to_json()
-    monkeypatch.setattr(video, "MOST_PIXELS", 960 * 540)
-    half = verify(film, claim).to_json()
-    assert half["verdict"] == whole["verdict"] and half["invariant"]["gain_ratio"] == pytest.approx(
-        whole["invariant"]["gain_ratio"], abs=0.02
-    )
-    assert half["input"] | {"reduced_by": 1} == whole["input"] and half["input"]["reduced_by"] == 2
-    assert half["camera"]["focal_px"] == pytest.approx(whole["camera"]["focal_px"], rel=0.05)
-    assert focal_px is None or half["camera"]["focal_px"] == focal_px
-    corners = (np.array(found["region"]["corners_px"]) for found in (half, whole))
-    assert np.abs(np.subtract(*corners)).max() < 1
-    document = [part for part in half["left_out"] if part not in whole["left_out"]]
-    assert len(document) == 1 and "960 x 540" in document[0]
+        Film(tmp_path / "W9000 H4608.y4m")
 
 
 def short_film(path: Path, count: int) -> Path:

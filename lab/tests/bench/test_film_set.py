@@ -17,8 +17,8 @@ from moireid_lab.bench import film_set
 from moireid_lab.commands.film_set_cmd import read_plan
 from moireid_lab.evaluation.manifest import read_manifest
 
-PLAN = "badge,name,group,motion,distance,frames,forge,leave-out,seed\n"
-FILMS = "ada.json,true,near,course.csv,1.0,3,,,4\nada.json,,,sway,2.0,4,drift,background shutter,5\n"
+PLAN = "badge,name,group,motion,distance,frames,forge,flaw,seed\n"
+FILMS = "ada.json,true,near,course.csv,1.0,3,,,4\nada.json,,,sway,2.0,4,drift,haze=0.2 air=0.1,5\n"
 
 
 @pytest.fixture
@@ -48,7 +48,7 @@ def test_a_plan_becomes_the_films_that_simulate_makes_and_a_list_that_evaluate_r
     assert made.exit_code == 0, made.output
     one = ["--motion", tmp_path / "course.csv", "--distance", "1.0", "--frames", "3", "--seed", "4"]
     other = ["--motion", "sway", "--distance", "2.0", "--frames", "4", "--forge", "drift", "--seed", "5"]
-    other += ["--leave-out", "background", "--leave-out", "shutter"]
+    other += ["--flaw", "haze=0.2", "--flaw", "air=0.1"]
     for name, options in (("true", one), ("0002", other)):
         alone = tmp_path / f"{name}.mp4"
         assert ran("simulate", tmp_path / "ada.json", "--out", alone, *options).exit_code == 0

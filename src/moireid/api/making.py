@@ -85,7 +85,6 @@ def print_badge(
     portrait: AnyPath | None = None,
     colour: str | None = None,
     registry: Place = None,
-    expires: str | None = None,
     measured_scale: tuple[float, float] = (1.0, 1.0),
     overwrite: bool = False,
     progress: Callable[[str], None] | None = None,
@@ -98,7 +97,7 @@ def print_badge(
         The badge, or its badge.json.
     folder : str or Path
         Made where it is absent.
-    mount : {"lanyard", "clip", "stand", "holder", "none"}, optional
+    mount : {"lanyard", "clip", "stand", "none"}, optional
         What holds the badge; None for a lanyard, or what fits the badge's format instead.
     mount_mm : mapping of str to float, optional
         Other dimensions of the mount, mm, by name, such as {"card_mm": 0.5}.
@@ -110,8 +109,6 @@ def print_badge(
         The template's accent colour, as "#134e8c" or "teal".
     registry : Registry or str or Path, optional
         Enter the badge into this registry, together with the files: both happen, or neither.
-    expires : str, optional
-        The last day on which it counts there, such as "2027-05-03".
     measured_scale : (float, float)
         Measured size over true size of an earlier print, along x and y.
     overwrite : bool
@@ -141,8 +138,6 @@ def print_badge(
         On the mount that is made, and on what is not printed.
     """
     own = badge if isinstance(badge, Badge) else load_badge(badge)
-    if expires is not None and registry is None:
-        raise SpecError("expires is kept by a registry; give registry with it, or leave it out")
     looks = {"template": template, "logo": logo, "portrait": portrait, "colour": colour}
     order = order_again(own, mount=mount, mount_mm=mount_mm or {}, **looks)
     package = plan_package(own, order)
@@ -157,6 +152,6 @@ def print_badge(
             measured_scale=measured_scale,
             overwrite=overwrite,
             kept=[*order.files, *kept_pictures([package.badge])],
-            before_moving=None if held is None else lambda: held.enroll(own, expires=expires),
+            before_moving=None if held is None else lambda: held.enroll(own),
             progress=progress,
         )

@@ -9,9 +9,8 @@ Convention: page mm.  The figures are those of the verifier, which this package 
 
 from __future__ import annotations
 
-from moireid.badge import Badge, CodedFrame, Grating, Rect
+from moireid.badge import Badge, CodedFrame, Rect
 from moireid.errors import SpecError
-from moireid.frames import bounds_of, own_rect
 
 #: White around a marker, in its modules (`verifier.tracking.template.FREE_MODULES`); a 4x4 marker has six a side.
 MARKER_MODULES, MODULES_A_SIDE = 1.05, 6
@@ -38,7 +37,7 @@ def clear_zones(badge: Badge) -> list[tuple[str, Rect]]:
     ]
     left, _, right, _ = badge.outline_mm
     for grating in badge.gratings:
-        x0, top, x1, bottom = _on_page(badge, grating)
+        x0, top, x1, bottom = badge.bounds_of(grating)
         # A sheet over upright fringes reaches from side to side of the board, where a mount holds it.
         x0, x1 = (left, right) if isinstance(grating.axis, str) else (x0 - GRATING_MM, x1 + GRATING_MM)
         zones.append(("fringes and the lens sheet over them", (x0, top - GRATING_MM, x1, bottom + GRATING_MM)))
@@ -58,8 +57,8 @@ def areas_of(badge: Badge) -> dict[str, Rect]:
     quiet = badge.markers.size_mm * MARKER_MODULES / MODULES_A_SIDE
     (left, top), (right, _), (_, bottom), _ = badge.markers.centers_mm
     x0, x1 = left + half + quiet + AIR_MM, right - half - quiet - AIR_MM
-    first = min(_on_page(badge, grating)[1] for grating in badge.gratings) - GRATING_MM
-    last = max(_on_page(badge, grating)[3] for grating in badge.gratings) + GRATING_MM
+    first = min(badge.bounds_of(grating)[1] for grating in badge.gratings) - GRATING_MM
+    last = max(badge.bounds_of(grating)[3] for grating in badge.gratings) + GRATING_MM
     areas: dict[str, Rect] = {
         "head": (x0, top - half, x1, min(top + half, first)),
         "upper": (left - half, top + half + quiet, right + half, first),
@@ -108,11 +107,6 @@ def check_clear(badge: Badge, rect: Rect, whose: str) -> None:
     )
     what = f"covers the {covered[0]}" if covered else "lies beyond the board"
     raise SpecError(f"{whose} {what}; free are, in mm from the board's upper left corner: {free}")
-
-
-def _on_page(badge: Badge, grating: Grating) -> Rect:
-    """The upright rectangle around a grating, which may be rotated."""
-    return bounds_of(badge.frame_of(grating).corners_mm(own_rect(grating.axis, grating.rect_mm)))
 
 
 def overlap(one: Rect, other: Rect) -> bool:

@@ -40,14 +40,10 @@ OUTER_SHARE = 0.36
 
 @dataclass(frozen=True)
 class Look:
-    """How one badge looks: its template and content.
-
-    corner_mm: radius of the board's corners as it is worn.
-    """
+    """How one badge looks: its template and content."""
 
     template: BadgeTemplate
     content: Artwork
-    corner_mm: float = 0.0
 
     @property
     def accent(self) -> Colour:

@@ -3,8 +3,7 @@
 signing_keys.py      private keys with certificates, public keys, their fingerprints
 statement.py         what is signed: an in-toto statement about a film, with the report in it; strict reading of JSON
 envelope.py          the signed statement as a DSSE envelope
-timestamp.py         time stamps of an RFC 3161 authority
-checking.py          checks of an envelope: signature, key, report, time stamp, certificates and film
+checking.py          checks of an envelope: signature, key, report, certificates and film
 certificate_identity.py  whom the signer's certificate must name, by the word of an authority that is trusted
 registry_answer.py   what a registry says about a verdict's badge and signer
 credentials.py       the verdict as content credentials (C2PA), written by a process without the key

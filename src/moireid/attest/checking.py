@@ -2,13 +2,12 @@
 
 1. Open the envelope.
 2. Is the signature the key's over the report?
-3. Is it the key that was expected?  Of a certificate identity, after step 5, as its chain must be valid at some moment.
+3. Is it the key that was expected?  Of a certificate identity, after step 5, as its chain must hold.
 4. Is what was signed a report of this format, by that key?
-5. Is the time stamp one of this signature, by a known authority?
-6. Do the certificates hold together, and were they valid then?  Without a trusted time stamp, are they now?
-7. Is the film the one that was judged?
+5. Do the certificates hold together, and are they valid today?
+6. Is the film the one that was judged?
 
-Steps 4 to 7 are left out where step 2 fails, as nothing in the report can be believed then.
+Steps 4 to 6 are left out where step 2 fails, as nothing in the report can be believed then.
 """
 
 from __future__ import annotations
@@ -18,8 +17,6 @@ from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Literal
-
-from cryptography import x509
 
 from moireid.attest.certificate_identity import CertificateIdentity
 from moireid.attest.envelope import Broken, EnvelopeParts, opened
@@ -32,11 +29,10 @@ from moireid.attest.signing_keys import (
     holder,
     issuer,
 )
-from moireid.attest.statement import statement_fault, strict_object, utc
-from moireid.attest.timestamp import Stamp, read_stamp
+from moireid.attest.statement import statement_fault, strict_object
 from moireid.errors import SpecError
 from moireid.files import open_regular
-from moireid.provenance import Exclusion
+from moireid.provenance import Revocation
 
 Expectation = Literal["key", "certificate", "registry"]
 #: Parts of a fault that mean that another one signed than was expected.
@@ -57,15 +53,13 @@ class CheckResult:
         The report as it was signed; None where nothing in it can be believed.
     film_name : str
         The film's name where it was judged.
-    stamp : Stamp or None
-        The time stamp, if there is one and it is of this signature.
     expected : tuple of {"key", "certificate", "registry"}
         What the signer was compared with; empty where the key was only found in the envelope.
     film_given : bool
         Whether a film was compared.
     asked : bool
         Whether a registry was asked for the badge's present state.
-    barred : Exclusion or None
+    barred : Revocation or None
         Why the badge is no longer valid; None where it is valid, or no registry was asked.
     """
 
@@ -73,11 +67,10 @@ class CheckResult:
     opened: EnvelopeParts | None = None
     report: dict[str, Any] | None = None
     film_name: str = ""
-    stamp: Stamp | None = None
     expected: tuple[Expectation, ...] = ()
     film_given: bool = False
     asked: bool = False
-    barred: Exclusion | None = None
+    barred: Revocation | None = None
 
     @property
     def holds(self) -> bool:
@@ -119,7 +112,7 @@ class CheckResult:
             "claim_source": report["claim_source"],
             "registry": report["registry"],
             "moireid": report["moireid"],
-            "time": self._time(report["attested"]["at"]),
+            "time": report["attested"]["at"],
             "report": report,
         }
 
@@ -139,21 +132,7 @@ class CheckResult:
         if not self.asked:
             return None
         why = self.barred
-        state: dict[str, str | None] = {"code": None, "at": None, "compromised_since": None}
-        if why is not None:
-            state = {"code": why.code, "at": why.at, "compromised_since": why.since}
-        return {"counts": why is None} | state
-
-    def _time(self, attested_at: str) -> dict[str, Any]:
-        stamped_at = utc(self.stamp.at) if self.stamp else None
-        trusted = self.stamp is not None and self.stamp.trusted
-        return {
-            "at": stamped_at if trusted else attested_at,
-            "source": "time stamp" if trusted else "signer's own clock",
-            "proven": trusted,
-            "attested_at": attested_at,
-            "stamped_at": stamped_at,
-        }
+        return {"counts": why is None, "revoked_at": None if why is None else why.at}
 
 
 def check(
@@ -162,7 +141,6 @@ def check(
     film: Path | None = None,
     key: PublicKey | None = None,
     identity: CertificateIdentity | None = None,
-    authorities: tuple[x509.Certificate, ...] = (),
 ) -> CheckResult:
     """Check a signed verdict.
 
@@ -176,8 +154,6 @@ def check(
         The key by which it should be signed; None: the one in the envelope, which does not prove who its holder is.
     identity : CertificateIdentity, optional
         Whom the signing certificate should name, and whose certificates are believed.
-    authorities : tuple of x509.Certificate
-        Certificates of the trusted time authority, the root among them.
 
     Returns
     -------
@@ -211,17 +187,16 @@ def check(
     except Broken as broken:
         return replace(empty, faults=(*faults, broken), opened=found)
     report = document["predicate"]
-    stamp = _stamp(found, authorities, faults)  # 5
-    faults += _certificate_faults(found, report["attested"], stamp)  # 6
-    if identity is not None and not any(fault.part == "certificate" for fault in faults):
-        fault = identity.fault(found.certificates, stamp.at if stamp and stamp.trusted else datetime.now(UTC))  # 3
-        faults += [Broken("identity", fault)] if fault else []
-    if digest is not None and digest != report["input"]["sha256"]:  # 7
+    if fault := chain_fault(found.certificates, found.key, datetime.now(UTC)):  # 5
+        faults.append(Broken("certificate", f"The certificates do not hold: {fault}."))
+    elif identity is not None and (fault := identity.fault(found.certificates, datetime.now(UTC))):  # 3
+        faults.append(Broken("identity", fault))
+    if digest is not None and digest != report["input"]["sha256"]:  # 6
         judged = report["input"]["sha256"][:16]
         words = f"The film is another one, or was changed: its SHA-256 begins {digest[:16]}, the judged one's {judged}."
         faults.append(Broken("film", words))
     name = document["subject"][0]["name"]
-    return replace(empty, faults=tuple(faults), opened=found, report=report, film_name=name, stamp=stamp)
+    return replace(empty, faults=tuple(faults), opened=found, report=report, film_name=name)
 
 
 def _statement(found: EnvelopeParts) -> dict[str, Any]:
@@ -235,42 +210,10 @@ def _statement(found: EnvelopeParts) -> dict[str, Any]:
     signer = document["predicate"]["attested"]["signer"]
     if signer["key_sha256"] != fingerprint(found.key):
         raise Broken("report", "The report says that another key signs it.")
-    if not found.is_low_s:
-        raise Broken("signature", "The signature was changed into its other spelling, with the higher S.")
-    try:
-        _moment(document["predicate"]["attested"]["at"])
-    except ValueError as error:
-        raise Broken("report", "The report's date is none.") from error
     own = certificate_digest(found.certificates[0]) if found.certificates else None
     if signer["certificate_sha256"] != own:
         raise Broken("certificate", "The certificate is not the one that the signer named in the report.")
     return document
-
-
-def _stamp(found: EnvelopeParts, authorities: tuple[x509.Certificate, ...], faults: list[Broken]) -> Stamp | None:
-    if found.timestamp is None:
-        if authorities:
-            faults.append(Broken("timestamp", "There is no time stamp, though a time authority is given."))
-        return None
-    stamp = read_stamp(found.timestamp, found.signature, authorities)
-    if stamp is None:
-        whose = " by the given authority" if authorities else ""
-        faults.append(Broken("timestamp", f"The time stamp is none of this signature{whose}, or was changed."))
-    return stamp
-
-
-def _certificate_faults(found: EnvelopeParts, attested: dict[str, Any], stamp: Stamp | None) -> list[Broken]:
-    proven = stamp is not None and stamp.trusted
-    fault = chain_fault(found.certificates, found.key, stamp.at if stamp and proven else _moment(attested["at"]))
-    if fault is None and not proven:
-        # The signer's own date proves nothing: a thief of an expired key names a day before it expired.
-        fault = chain_fault(found.certificates, found.key, datetime.now(UTC))
-        fault = fault and f"{fault}, and no time stamp of a known authority shows that this was signed then"
-    return [Broken("certificate", f"The certificates do not hold: {fault}.")] if fault else []
-
-
-def _moment(text: str) -> datetime:
-    return datetime.strptime(text, "%Y-%m-%dT%H:%M:%SZ").replace(tzinfo=UTC)
 
 
 def _digest(film: Path) -> str:

@@ -82,11 +82,11 @@ def check_credentials_key(key: SigningKey) -> None:
     Raises: MissingExtraError without c2pa-python; SpecError where the key has no certificate of an authority.
     """
     if find_spec("c2pa") is None:
-        raise missing_extra("--c2pa", "c2pa-python", "c2pa")
+        raise missing_extra("content credentials", "c2pa-python", "c2pa")
     if not key.chain or key.chain[0].issuer == key.chain[0].subject:
         raise SpecError(
-            "content credentials need a certificate that an authority issued for the key of --sign; append it, and "
-            "those above it, to that file"
+            "content credentials need a certificate that an authority issued for the signing key; append it, and "
+            "those above it, to the key's file"
         )
 
 

@@ -71,7 +71,7 @@ def write(talk: Talk) -> None:
                 builder.sign(signer, _format(asked.film), source, made)
     except c2pa.C2paError as error:
         words = " ".join(str(error).split())[:200]
-        raise MediaError(f"{asked.film} can be given no content credentials ({words}); use --attest") from error
+        raise MediaError(f"{asked.film} takes no content credentials ({words}); use a statement (attest)") from error
 
 
 def read_back(talk: Talk) -> None:

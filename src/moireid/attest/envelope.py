@@ -1,6 +1,6 @@
-"""The signed statement as a DSSE envelope: made with one signature, and read strictly.
+"""The signed statement as a DSSE envelope, made with one signature.
 
-Next to the signature the envelope has the public key, its certificates and a time stamp.
+Next to the signature the envelope has the public key and its certificates.
 These are not signed, so they prove nothing.  They allow a check without a key at hand.
 Source: DSSE v1 (https://github.com/secure-systems-lab/dsse), by securesystemslib.
 """
@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import base64
 import json
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -26,25 +25,21 @@ from moireid.attest.signing_keys import (
     SigningKey,
     certificate_of,
     certificate_pem,
-    in_low_s,
     is_known,
     public_pem,
 )
-from moireid.attest.statement import strict_base64, strict_object
 from moireid.errors import SpecError
-from moireid.files import open_regular
+from moireid.files import read_regular
 
 PAYLOAD_TYPE = "application/vnd.in-toto+json"
 #: Largest envelope, bytes: a hundred times the report of an hour of film.
 MOST_BYTES = 16 << 20
-#: Most certificates of a chain.
-MOST_CERTIFICATES = 10
 
 
 class Broken(Exception):
     """An envelope does not hold: the part that is wrong, and a sentence.
 
-    part: "envelope", "report", "signature", "key", "certificate", "identity", "timestamp", "film", "badge" or
+    part: "envelope", "report", "signature", "key", "certificate", "identity", "film", "badge" or
     "registry".
     """
 
@@ -58,22 +53,13 @@ class EnvelopeParts:
     """An envelope's parts, each well-formed; the signature is not checked yet.
 
     payload: the signed bytes; signature: over them; key: the public key next to it; certificates: the key's own, then
-    those above; timestamp: an RFC 3161 response (DER) or None.
+    those above.
     """
 
     payload: bytes
     signature: bytes
     key: PublicKey
     certificates: tuple[x509.Certificate, ...]
-    timestamp: bytes | None
-
-    @property
-    def is_low_s(self) -> bool:
-        """Whether the signature is in the one spelling that counts, as `signing_keys.in_low_s` gives it."""
-        try:
-            return in_low_s(self.key, self.signature) == self.signature
-        except ValueError:
-            return False
 
     def signed_by(self, key: PublicKey) -> bool:
         """Whether the signature is that key's over the payload."""
@@ -86,7 +72,7 @@ class EnvelopeParts:
         return True
 
 
-def signed_envelope(payload: bytes, key: SigningKey, stamp: Callable[[bytes], bytes] | None = None) -> str:
+def signed_envelope(payload: bytes, key: SigningKey) -> str:
     """Sign a statement.
 
     Parameters
@@ -95,8 +81,6 @@ def signed_envelope(payload: bytes, key: SigningKey, stamp: Callable[[bytes], by
         The statement, as `statement.statement` gives it.
     key : SigningKey
         The private key; its public half and its certificates go into the envelope.
-    stamp : callable, optional
-        Gives an RFC 3161 response for the signature's bytes.
 
     Returns
     -------
@@ -110,84 +94,42 @@ def signed_envelope(payload: bytes, key: SigningKey, stamp: Callable[[bytes], by
     """
     envelope = Envelope(payload, PAYLOAD_TYPE, {})
     signature = envelope.sign(CryptoSigner(key.private))
-    raw = in_low_s(key.public, bytes.fromhex(signature.signature))
     unsigned: dict[str, Any] = {
-        "sig": base64.b64encode(raw).decode(),
+        "sig": base64.b64encode(bytes.fromhex(signature.signature)).decode(),
         "publicKey": public_pem(key.public),
         "certificates": [certificate_pem(one) for one in key.chain],
     }
-    if stamp is not None:
-        unsigned["timestamp"] = base64.b64encode(stamp(raw)).decode()
     document = envelope.to_dict()
     document["signatures"][0] |= unsigned
     text = json.dumps(document, indent=1) + "\n"
-    made = opened(text.encode())
-    if not (made.signed_by(key.public) and made.is_low_s):
+    if not opened(text.encode()).signed_by(key.public):
         raise SpecError("the envelope that was made does not hold; that is an error of moireid, please report it")
     return text
 
 
 def read_envelope(path: Path) -> bytes:
-    """An envelope's file, as far as one may be long.  Raises: SpecError where it cannot be read."""
+    """An envelope's file.  Raises: SpecError where it cannot be read, or is too long for one."""
     try:
-        with open_regular(path) as stream:
-            return stream.read(MOST_BYTES + 1)
+        return read_regular(path, MOST_BYTES)
     except OSError as error:
         raise SpecError(f"envelope {path} cannot be read ({error.strerror}); check its name and rights") from error
 
 
 def opened(content: bytes) -> EnvelopeParts:
-    """The parts of an envelope.  Raises: Broken where it is not spelled as one."""
-    if len(content) > MOST_BYTES:
-        raise Broken("envelope", f"The file is larger than {MOST_BYTES} bytes, and so no signed verdict of moireid.")
+    """The parts of an envelope.  Raises: Broken where it is none."""
     try:
-        document = strict_object(content)
-    except ValueError as error:
-        raise Broken("envelope", f"The file is no signed verdict: {error}.") from error
-    if not isinstance(document.get("signatures"), list) or not {"payload", "payloadType"} <= document.keys():
-        raise Broken("envelope", "The file is no signed verdict: it is not a DSSE envelope.")
-    if document["payloadType"] != PAYLOAD_TYPE:
+        document = json.loads(content)
+        kind, (signature,) = document["payloadType"], document["signatures"]
+        payload, signed = (base64.b64decode(one, validate=True) for one in (document["payload"], signature["sig"]))
+        key = serialization.load_pem_public_key(signature["publicKey"].encode())
+        certificates = tuple(certificate_of(one) for one in signature.get("certificates", ()))
+        named = signature["keyid"]
+    except (ValueError, TypeError, LookupError, AttributeError, RecursionError, UnsupportedAlgorithm) as error:
+        raise Broken("envelope", "The file is no signed verdict, or was cut or changed.") from error
+    if kind != PAYLOAD_TYPE:
         raise Broken("envelope", f"The envelope's payload type is not {PAYLOAD_TYPE}, so it holds no signed verdict.")
-    if len(document["signatures"]) != 1 or not isinstance(document["signatures"][0], dict):
-        count = len(document["signatures"])
-        raise Broken("envelope", f"The envelope holds {count} signatures, and a verdict has exactly one.")
-    signature = document["signatures"][0]
-    key = _key(signature.get("publicKey"))
-    if signature.get("keyid") != SSlibKey.from_crypto(key).keyid:
-        raise Broken("signature", "The key's name next to the signature is not that of the key there.")
-    return EnvelopeParts(
-        _decoded("report", document["payload"], "The report"),
-        _decoded("signature", signature.get("sig"), "The signature"),
-        key,
-        _certificates(signature.get("certificates", [])),
-        _decoded("timestamp", signature["timestamp"], "The time stamp") if "timestamp" in signature else None,
-    )
-
-
-def _decoded(part: str, text: object, name: str) -> bytes:
-    try:
-        return strict_base64(text)
-    except ValueError as error:
-        raise Broken(part, f"{name} in the envelope was changed, or cut: {error}.") from error
-
-
-def _key(text: object) -> PublicKey:
-    """The key next to the signature; its text must be as `public_pem` writes it."""
-    try:
-        if not isinstance(text, str):
-            raise ValueError("no text")
-        key = serialization.load_pem_public_key(text.encode())
-    except (ValueError, UnsupportedAlgorithm) as error:
-        raise Broken("signature", "The public key next to the signature was changed, or is missing.") from error
     if not isinstance(key, PublicKey) or not is_known(key):
         raise Broken("signature", "The public key next to the signature is neither Ed25519 nor ECDSA on P-256.")
-    return key
-
-
-def _certificates(texts: object) -> tuple[x509.Certificate, ...]:
-    if not isinstance(texts, list) or len(texts) > MOST_CERTIFICATES:
-        raise Broken("certificate", f"The certificates are no list of up to {MOST_CERTIFICATES}.")
-    try:
-        return tuple(certificate_of(str(text)) for text in texts)
-    except ValueError as error:
-        raise Broken("certificate", "A certificate in the envelope was changed, or cut.") from error
+    if named != SSlibKey.from_crypto(key).keyid:
+        raise Broken("signature", "The key's name next to the signature is not that of the key there.")
+    return EnvelopeParts(payload, signed, key, certificates)

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import unicodedata
 from dataclasses import replace
-from datetime import UTC, datetime, timedelta
 from typing import Any
 
 from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PublicKey
@@ -16,9 +15,7 @@ from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PublicKey
 from moireid.attest.checking import CheckResult
 from moireid.attest.envelope import Broken
 from moireid.attest.signing_keys import fingerprint
-from moireid.attest.statement import utc
-from moireid.attest.timestamp import Stamp
-from moireid.provenance import AuthorityKey, BadgeHolder, Exclusion
+from moireid.provenance import AuthorityKey, BadgeHolder
 
 
 def badge_of(report: dict[str, Any]) -> str | None:
@@ -45,13 +42,13 @@ def held_against(found: CheckResult, holder: BadgeHolder, authority: AuthorityKe
     Returns
     -------
     CheckResult
-        With a fault where name, line or authority are others, where nothing proves that the verdict is older than the
-        badge's revocation, and, if nothing else says whom to expect, where the authority's key did not sign it.
+        With a fault where name or authority are others, where the badge was revoked, and, if nothing else says
+        whom to expect, where the authority's key did not sign it.
 
     Notes
     -----
-    Source: a signer can set their own clock back, and a thief can film the badge.  Only a time stamp of a trusted
-    authority shows that film and verdict existed before.
+    Source: a signer can set their own clock back, and a thief can film the badge; so no verdict by itself is older than
+    a revocation.
     """
     if found.report is None or found.opened is None:
         return replace(found, asked=True)
@@ -64,13 +61,8 @@ def held_against(found: CheckResult, holder: BadgeHolder, authority: AuthorityKe
             text = f"Key {fingerprint(signed_by)[:16]}… signed it, which is no key of the registry's authority."
             faults.append(Broken("key", text))
     barred = holder.barred
-    if barred is not None and not _stamped_before(found.stamp, bound := _counted_until(barred)):
-        what = f"was {barred.code}" if barred.code != "expired" else "expired"
-        since = f", compromised since {barred.since}" if barred.since else ""
-        text = (
-            f"The badge {what}{since}, and no time stamp of a known authority shows that this was signed before "
-            f"{utc(bound)}."
-        )
+    if barred is not None:
+        text = f"The badge was revoked on {barred.at}, and the signer's own clock does not prove that this is older."
         faults.append(Broken("badge", text))
     return replace(found, faults=tuple(faults), expected=expected, asked=True, barred=barred)
 
@@ -81,15 +73,11 @@ def _record_faults(report: dict[str, Any], holder: BadgeHolder, authority: Autho
     if not holder.erased and not _same(badge["name"], holder.name):
         words = f"The registry says that this badge is {holder.name[:80]!r}'s, and not {badge['name'][:80]!r}'s."
         faults.append(Broken("badge", words))
-    if not holder.erased and badge.get("line") is not None and not _same(badge["line"], holder.line or ""):
-        own = "no line" if holder.line is None else f"the line {holder.line[:80]!r}"
-        words = f"The registry has {own} below the name, and the report {badge['line'][:80]!r}."
-        faults.append(Broken("badge", words))
     asked = report["registry"]
     if asked is None:
         words = (
             "No registry was asked when the film was judged, so the badge was what a file said; judge the film again "
-            "with --claim and --registry or --bundle."
+            "by a claim, with a registry or its bundle."
         )
         faults.append(Broken("registry", words))
     elif asked["fingerprint"] != authority.fingerprint:
@@ -100,18 +88,3 @@ def _record_faults(report: dict[str, Any], holder: BadgeHolder, authority: Autho
 
 def _same(one: str, other: str) -> bool:
     return unicodedata.normalize("NFC", one).strip() == unicodedata.normalize("NFC", other).strip()
-
-
-def _stamped_before(stamp: Stamp | None, bound: datetime) -> bool:
-    return stamp is not None and stamp.trusted and stamp.at < bound
-
-
-def _counted_until(barred: Exclusion) -> datetime:
-    """The moment from which on the badge is no longer valid."""
-    end = _moment(barred.since or barred.at)
-    return end + timedelta(days=1) if barred.code == "expired" else end
-
-
-def _moment(text: str) -> datetime:
-    end = datetime.fromisoformat(text)
-    return end if end.tzinfo else end.replace(tzinfo=UTC)

@@ -1,7 +1,7 @@
 """Keys: private ones with their certificates, public ones, and how they are named to people.
 
-Ed25519 or ECDSA on P-256, as PEM.  A private key's file may also hold its certificate, and those of the authorities
-above, in any order.
+Ed25519 or ECDSA on P-256, as PEM.  A private key's file may also hold its certificate, followed by those of the
+authorities above, each by the issuer of the one before.
 Convention: a key's fingerprint is the SHA-256 of its SubjectPublicKeyInfo (DER), 64 hex digits.
 """
 
@@ -23,7 +23,6 @@ from cryptography.hazmat.primitives.asymmetric.ec import (
     EllipticCurvePublicKey,
 )
 from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey, Ed25519PublicKey
-from cryptography.hazmat.primitives.asymmetric.utils import decode_dss_signature, encode_dss_signature
 from cryptography.x509.oid import NameOID
 
 from moireid.errors import SpecError
@@ -32,8 +31,6 @@ from moireid.files import read_regular
 PublicKey = Ed25519PublicKey | EllipticCurvePublicKey
 PrivateKey = Ed25519PrivateKey | EllipticCurvePrivateKey
 
-#: The number of points of P-256 (FIPS 186-5, NIST SP 800-186).
-P256_ORDER = 0xFFFFFFFF00000000FFFFFFFFFFFFFFFFBCE6FAADA7179E84F3B9CAC2FC632551
 #: Largest file of keys, bytes; chains of certificates have a tenth of it.
 MOST_BYTES = 1 << 20
 MAKE_ONE = "make one with: openssl genpkey -algorithm ed25519 -out key.pem"
@@ -68,7 +65,7 @@ def load_signing_key(path: Path) -> SigningKey:
     Parameters
     ----------
     path : Path
-        A PEM file: one private key, unencrypted, and certificates in any order.
+        A PEM file: one private key, unencrypted, and certificates.
 
     Returns
     -------
@@ -104,7 +101,7 @@ def load_public_key(path: Path) -> PublicKey:
     Parameters
     ----------
     path : Path
-        A PEM file; of a chain of certificates the one that issued none of the others counts.
+        A PEM file; of a chain of certificates the first one counts.
 
     Returns
     -------
@@ -120,7 +117,7 @@ def load_public_key(path: Path) -> PublicKey:
     key: object
     try:
         certificates = _certificates(content)
-        key = _own_of(certificates).public_key() if certificates else serialization.load_pem_public_key(content)
+        key = certificates[0].public_key() if certificates else serialization.load_pem_public_key(content)
     except (ValueError, UnsupportedAlgorithm) as error:
         raise SpecError(
             f"{path} holds no public key as PEM; write it from the private one: openssl pkey -in key.pem -pubout"
@@ -151,18 +148,6 @@ def is_known(key: object) -> bool:
     if isinstance(key, EllipticCurvePublicKey):
         return isinstance(key.curve, SECP256R1)
     return isinstance(key, Ed25519PublicKey)
-
-
-def in_low_s(key: PublicKey, signature: bytes) -> bytes:
-    """A signature in the one spelling that counts: of an ECDSA signature, the one with the lower S.
-
-    Raises: ValueError if it is no signature of such a key.
-    Source: (r, s) and (r, n - s) are both valid; SEC 1, section 4.1, and BIP 62 for the choice of the lower one.
-    """
-    if isinstance(key, Ed25519PublicKey):
-        return signature
-    r, s = decode_dss_signature(signature)
-    return encode_dss_signature(r, min(s, P256_ORDER - s))
 
 
 def algorithm(key: PublicKey) -> str:
@@ -235,22 +220,14 @@ def fingerprint_of(certificate: x509.Certificate) -> str | None:
 def _own_chain(path: Path, content: bytes, key: PublicKey) -> tuple[x509.Certificate, ...]:
     """The certificates of a private key's file, the key's own first, then each one's issuer."""
     try:
-        rest = list(_certificates(content))
+        chain = _certificates(content)
     except ValueError as error:
         raise SpecError(f"a certificate in {path} cannot be read; give it as PEM, or leave it out") from error
-    if not rest:
-        return ()
-    own = next((one for one in rest if fingerprint_of(one) == fingerprint(key)), None)
-    if own is None:
-        raise SpecError(f"no certificate in {path} is of the private key in it; put the key's own certificate there")
-    chain = [own]
-    rest.remove(own)
-    while (above := next((one for one in rest if one.subject == chain[-1].issuer), None)) is not None:
-        chain.append(above)
-        rest.remove(above)
-    if fault := chain_fault(tuple(chain), key, datetime.now(UTC)):
-        raise SpecError(f"the certificates in {path} cannot be used: {fault}; put the right ones there")
-    return tuple(chain)
+    if fault := chain_fault(chain, key, datetime.now(UTC)):
+        raise SpecError(
+            f"the certificates in {path} cannot be used: {fault}; put the key's own there, then its issuer's and so on"
+        )
+    return chain
 
 
 def _content(path: Path) -> bytes:
@@ -262,12 +239,6 @@ def _content(path: Path) -> bytes:
 
 def _certificates(content: bytes) -> tuple[x509.Certificate, ...]:
     return tuple(x509.load_pem_x509_certificate(found[0]) for found in CERTIFICATE.finditer(content))
-
-
-def _own_of(chain: tuple[x509.Certificate, ...]) -> x509.Certificate:
-    """The certificate of a chain that issued none of the others."""
-    issuers = [one.issuer for one in chain if one.issuer != one.subject]
-    return next((one for one in chain if one.subject not in issuers), chain[0])
 
 
 def _named(name: x509.Name) -> str:

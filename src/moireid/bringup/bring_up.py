@@ -14,14 +14,13 @@ from dataclasses import dataclass
 
 import msgspec
 
-from moireid.bringup.badge_steps import FILMS, print_first_badge, read_films
+from moireid.bringup.badge_steps import AS_BUILT, print_first_badge, read_films
 from moireid.bringup.build_folder import (
     BADGE_FILMS,
     BADGE_JSON,
     BY_HAND,
     CAMERA_FILM,
     PRINTED_FOR,
-    SHEET_FILM,
     SHEET_PHOTO,
     BuildFolder,
     Reading,
@@ -105,10 +104,9 @@ STEPS: tuple[BuildStep, ...] = (
             "until the fringes are upright.",
             "From about 1 m, straight in front, in even daylight and without flash, take a photo with all four squares "
             "in it. Save it as {folder}/sheet-photo.jpg.",
-            "If you have no calliper, also film the sheet at about 1 m for ten seconds while you move the phone 20 cm "
-            "to both sides: {folder}/sheet-film.mp4. It shows how thick the sheet is.",
+            "Measure how thick the sheet is with a calliper, if you have one, and give it as --thickness.",
         ),
-        needs=((SHEET_PHOTO, SHEET_FILM),),
+        needs=((SHEET_PHOTO,),),
         made=(SHEET, PRINTER),
         wishes=BY_HAND,
     ),
@@ -143,7 +141,7 @@ STEPS: tuple[BuildStep, ...] = (
             "how well the figures repeat.",
         ),
         needs=tuple((name,) for name in BADGE_FILMS),
-        made=(FILMS,),
+        made=(AS_BUILT,),
         own=(CAMERA, BADGE_JSON),
         wishes=("thickness_mm",),
     ),

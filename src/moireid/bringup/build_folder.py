@@ -7,81 +7,73 @@ that nothing is read twice, and a new film is read at once.
 from __future__ import annotations
 
 import hashlib
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-import cv2
 import msgspec
-import numpy as np
 from msgspec import Meta, Struct
-from numpy.typing import NDArray
 
 from moireid.errors import SpecError
-from moireid.files import open_regular, planned, read_regular, whole_file, write_text
+from moireid.files import open_regular, planned, read_regular, write_text
 from moireid.models import check_format, parse_json, read_model
 from moireid.profiles import lens_named
 from moireid.sheets import DEFAULT_LENS
 
 FORMAT, STATE = 1, "first-badge.json"
 #: Files that a builder makes, by their names without suffix.
-SHEET_PHOTO, SHEET_FILM, CAMERA_FILM = "sheet-photo", "sheet-film", "camera-film"
+SHEET_PHOTO, CAMERA_FILM = "sheet-photo", "camera-film"
 BADGE_FILMS = ("badge-film-1", "badge-film-2")
 PHOTO_SUFFIXES = (".jpg", ".jpeg", ".png", ".webp", ".tif", ".tiff")
 FILM_SUFFIXES = (".mp4", ".mov", ".m4v", ".mkv", ".webm", ".avi")
 #: Phones write these, and the project cannot read them.
 UNREADABLE = (".heic", ".heif")
 SUFFIXES = PHOTO_SUFFIXES + FILM_SUFFIXES + UNREADABLE
-JPEG_QUALITY = 80
 #: What is written into the folder, and replaced as better pictures come.
 OWN_FILES = (
     *("pitch-test.pdf", "pitch-test.json", "camera-chart.pdf", "sheet.json", "printer.json", "camera.yaml", "badge"),
-    *("films.json", "as-built.json", "report.html"),
-    *("law-1.svg", "law-2.svg", "fringes-1.jpg", "fringes-2.jpg"),
+    "as-built.json",
 )
 BADGE_JSON = "badge/badge.json"
 ADVICE = "give another folder, or correct the file"
-
-State = Literal["good", "look", "unknown"]
 
 
 class Figure(Struct, frozen=True, omit_defaults=True):
     """One figure of a badge as it was built.
 
-    sd: standard deviation, in the same unit; state: good, to be looked at, or unknown; words: how it was measured, or
-    why it is unknown; advice: what to do about it.
+    value: None if it was not measured; sd: standard deviation, in the same unit; words: how it was measured, or why it
+    was not; advice: what to do about it, empty where it is good.
     """
 
     name: str
     value: float | None
     sd: float | None
     unit: str
-    state: State
     words: str
     advice: str = ""
 
-
-def good_or(good: bool) -> State:
-    """The state of a figure that was measured."""
-    return "good" if good else "look"
-
-
-def unknown(name: str, unit: str, words: str, advice: str) -> Figure:
-    """A figure that was not measured."""
-    return Figure(name, None, None, unit, "unknown", words, advice)
+    @property
+    def shown(self) -> str:
+        """The value with its error bar, rounded to two digits of it."""
+        if self.value is None:
+            return "not known"
+        if not self.sd:
+            return f"{self.value:.3g} {self.unit}"
+        digits = max(0, 1 - math.floor(math.log10(self.sd)))
+        return f"{self.value:.{digits}f} ± {self.sd:.{digits}f} {self.unit}"
 
 
 class Reading(Struct, frozen=True):
     """What one step found.  inputs: as `BuildFolder.inputs`; refused: why files could not be used, None if they could.
 
-    notes: for the builder alone; figures are shared in a capture record, so they hold no path.
+    notes: for the builder alone; figures are shared, so they hold no path.
     """
 
     inputs: dict[str, str] = {}
     figures: list[Figure] = []
     notes: list[str] = []
-    pictures: dict[str, str] = {}
     refused: str | None = None
 
 
@@ -176,11 +168,6 @@ class BuildFolder:
         """Write the state, whole or not at all."""
         text = msgspec.json.format(msgspec.json.encode(self.state), indent=1).decode()
         write_text(self.at(STATE), text + "\n")
-
-    def save_picture(self, name: str, picture: NDArray[np.uint8]) -> None:
-        """Write a picture, (height, width) grey, as JPEG, whole or not at all."""
-        with whole_file(self.at(name)) as temporary:
-            temporary.write_bytes(cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])[1].tobytes())
 
 
 def open_folder(path: Path, wished: Mapping[str, Any] | None = None) -> BuildFolder:

@@ -2,28 +2,27 @@
 
 from __future__ import annotations
 
+import msgspec
+
 from moireid.badge import load_badge
 from moireid.bringup.build_folder import (
     CAMERA_FILM,
-    SHEET_FILM,
     SHEET_PHOTO,
     BuildFolder,
     Figure,
     Reading,
-    good_or,
-    unknown,
 )
 from moireid.calibration.camera_fit import CameraFound, camera_from_film, write_camera
 from moireid.calibration.sheet_reading import SheetReading, printer_profile, read_sheet
-from moireid.calibration.thickness import Thickness, thickness_from_film, with_thickness
-from moireid.errors import MediaError, MoireIdError
+from moireid.errors import MoireIdError
 from moireid.fabrication.page.camera_page import print_camera_chart
 from moireid.fabrication.page.chart_page import JSON, PDF, print_chart
 from moireid.profiles import save_profile
-from moireid.sheets import MM_PER_INCH
+from moireid.sheets import MM_PER_INCH, sheet_lens
 from moireid.verifier.video import Progress
 
 CAMERA_CHART, SHEET, PRINTER, CAMERA = "camera-chart.pdf", "sheet.json", "printer.json", "camera.yaml"
+THICKNESS = "Sheet thickness"
 #: A focal length by the camera chart, over the picture's longer side.
 BY_CHART, LONG_SIDE = "Camera by its chart", "x long side"
 #: Errors of a calliper, mm, and of a ruler on a scale bar, as a share: 0.15 of 150 mm.  Set by hand.
@@ -43,49 +42,26 @@ def print_charts(folder: BuildFolder, _: Progress | None) -> Reading:
     return Reading()
 
 
-def read_charts(folder: BuildFolder, progress: Progress | None) -> Reading:
-    """The sheet's pitch and the growth of lines from the photo; the thickness from the film, or a calliper."""
+def read_charts(folder: BuildFolder, _: Progress | None) -> Reading:
+    """The sheet's pitch and the growth of lines from the photo; the thickness from a calliper."""
     wish, chart = folder.wish, load_badge(folder.at(JSON))
-    scales = wish.measured_scale
-    photo, film = folder.found(SHEET_PHOTO), folder.found(SHEET_FILM)
-    source = photo or film
-    assert source is not None
+    photo, scales = folder.found(SHEET_PHOTO), wish.measured_scale
+    assert photo is not None
     found = read_sheet(
-        source,
+        photo,
         chart,
         distance_m=wish.distance_m,
-        focal_px=wish.focal_px if photo else None,
+        focal_px=wish.focal_px,
         measured_scale=scales[0] if scales else None,
-        progress=progress,
     )
-    thickness, notes = found.thickness, list[str]()
-    if photo is not None and film is not None and wish.thickness_mm is None:
-        try:
-            thickness = thickness_from_film(film, chart, progress=progress)
-        except MediaError as error:
-            # The photo shows the rest.
-            thickness, notes = Thickness(why="The film cannot be used; the notes say why."), [str(error)]
-    thickness, how = _by_hand(thickness, wish.thickness_mm)
-    profile = with_thickness(found.profile, thickness)
-    printer = printer_profile(chart, found.ink, scales)
+    profile = found.profile
+    if wish.thickness_mm is not None:
+        lens = sheet_lens(profile.lens.pitch_mm, wish.thickness_mm, profile.lens.refractive_index)
+        profile = msgspec.structs.replace(profile, lens=lens, found=profile.found | {"thickness_from": "a calliper"})
     save_profile(profile, folder.at(SHEET))
-    save_profile(printer, folder.at(PRINTER))
-    figures = [
-        _pitch(found),
-        _thickness(thickness, how, profile.lens.thickness_mm),
-        _ink(found),
-        _scale(scales),
-    ]
-    return Reading(figures=figures, notes=notes)
-
-
-def _by_hand(film: Thickness | None, calliper_mm: float | None) -> tuple[Thickness, str]:
-    """The thickness by a calliper, or else by the film, and how it was measured."""
-    if calliper_mm is not None:
-        return Thickness(calliper_mm, CALLIPER_SD_MM), f"By a calliper; its error is taken to be {CALLIPER_SD_MM:g} mm."
-    if film is None:
-        return Thickness(why="A photo does not show it."), ""
-    return film, "From the motion of the fringes; air under the sheet counts as thickness."
+    save_profile(printer_profile(chart, found.ink, scales), folder.at(PRINTER))
+    thickness = _thickness(wish.thickness_mm, profile.lens.thickness_mm)
+    return Reading(figures=[_pitch(found), thickness, _ink(found), _scale(scales)])
 
 
 def _pitch(found: SheetReading) -> Figure:
@@ -96,35 +72,39 @@ def _pitch(found: SheetReading) -> Figure:
         f"{MM_PER_INCH / profile.lens.pitch_mm:.3f} lenses to the inch, from {profile.found['bands_used']} of "
         f"{profile.found['bands']} bands; the camera's distance is from {found.distance_from}."
     )
-    advice = "" if good else "Give the camera's distance by a tape measure (--distance), or its --focal-px."
-    return Figure("Sheet pitch", profile.lens.pitch_mm, profile.pitch_sd_mm, unit, good_or(good), words, advice)
+    advice = "" if good else "Give the camera's distance by a tape measure, or its focal length."
+    return Figure("Sheet pitch", profile.lens.pitch_mm, profile.pitch_sd_mm, unit, words, advice)
 
 
-def _thickness(found: Thickness, how: str, label_mm: float) -> Figure:
-    if found.mm is None:
-        words = f"Not measured: {found.why} The label's {label_mm:.2f} mm is used."
-        advice = "Measure the sheet with a calliper (--thickness), or film the pitch test moved sideways (sheet-film)."
-        return unknown("Sheet thickness", "mm", words, advice)
-    return Figure("Sheet thickness", found.mm, found.sd_mm, "mm", "good", how)
+def _thickness(calliper_mm: float | None, label_mm: float) -> Figure:
+    if calliper_mm is None:
+        words = f"Not measured: the label's {label_mm:.2f} mm is used."
+        advice = "Measure it with a calliper, and give its thickness."
+        return Figure(THICKNESS, None, None, "mm", words, advice)
+    words = f"By a calliper; its error is taken to be {CALLIPER_SD_MM:g} mm."
+    return Figure(THICKNESS, calliper_mm, CALLIPER_SD_MM, "mm", words)
 
 
 def _ink(found: SheetReading) -> Figure:
     ink = found.ink
     if ink.um is None:
-        return unknown("Ink spread", "um", f"Not measured: {ink.why}", "Photograph it again.")
+        return Figure("Ink spread", None, None, "um", f"Not measured: {ink.why}", "Photograph it again.")
     good = ink.sd_um < GOOD_INK_SD_UM
-    words = "How much wider than drawn the printer makes a line, with the shadow of ink within the paper."
-    advice = "The badge is drawn with lines narrower by that; nothing is left to do."
-    return Figure("Ink spread", ink.um, ink.sd_um, "um", good_or(good), words, advice)
+    words = (
+        "How much wider than drawn the printer makes a line, with the shadow of ink within the paper; the "
+        "badge is drawn with lines narrower by that."
+    )
+    advice = "" if good else "Photograph it again, sharp and in even light."
+    return Figure("Ink spread", ink.um, ink.sd_um, "um", words, advice)
 
 
 def _scale(scales: tuple[float, float] | None) -> Figure:
     if scales is None:
         words = "Not measured. Pitches are in mm of the printed page, which is right for this printer at this scale."
-        advice = "For true mm, measure both scale bars with a ruler and give --measured-scale."
-        return unknown("Print scale", "x", words, advice)
+        advice = "For true mm, measure both scale bars with a ruler, and give the measured scale."
+        return Figure("Print scale", None, None, "x", words, advice)
     words = f"By a ruler: {scales[0]:.4f} across, {scales[1]:.4f} down. The badge is drawn at the inverse."
-    return Figure("Print scale", scales[0], RULER_SD_SHARE, "x", "good", words)
+    return Figure("Print scale", scales[0], RULER_SD_SHARE, "x", words)
 
 
 def calibrate(folder: BuildFolder, progress: Progress | None) -> Reading:
@@ -135,7 +115,8 @@ def calibrate(folder: BuildFolder, progress: Progress | None) -> Reading:
         found = camera_from_film(film, progress=progress)
     except MoireIdError as error:
         words, advice = "Not calibrated; the notes say why.", "Film the chart again, or go on without it."
-        return Reading(figures=[unknown(BY_CHART, LONG_SIDE, words, advice)], notes=[str(error)], refused=str(error))
+        figure = Figure(BY_CHART, None, None, LONG_SIDE, words, advice)
+        return Reading(figures=[figure], notes=[str(error)], refused=str(error))
     write_camera(found, folder.at(CAMERA))
     return Reading(figures=[_camera(found)])
 
@@ -146,7 +127,7 @@ def _camera(found: CameraFound) -> Figure:
         f"By the camera chart: corners fit within {found.error_px:.2f} px in {found.views} views; k1 "
         f"{found.distortion[0]:+.3f}."
     )
-    return Figure(BY_CHART, found.focal_px / long_px, found.focal_sd_px / long_px, LONG_SIDE, "good", words)
+    return Figure(BY_CHART, found.focal_px / long_px, found.focal_sd_px / long_px, LONG_SIDE, words)
 
 
 #: Files that these steps write.

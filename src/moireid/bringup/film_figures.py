@@ -7,64 +7,52 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from moireid.asbuilt import AsBuilt, merge
-from moireid.badge import Badge, Lens, Markers
-from moireid.bringup.build_folder import Figure, good_or, unknown
+from moireid.badge import Badge, Lens
+from moireid.bringup.build_folder import Figure
 from moireid.lenticule import view_law
 from moireid.sheets import air_mm_per_gain, effective_gap_mm
-from moireid.verifier.picture import LINEAR_COUNTS
-from moireid.verifier.session.refusal import BENT_PER_M, MOST_CONTRAST, OFF_MM
+from moireid.verifier.fringes.signals import Measurement
 from moireid.verifier.session.result import Report
 
-#: Figures within these need no action: air, mm; twist, degrees; share of the sharpest third harmonic; unevenness of the
-#: light, as a share; fringe contrast; difference of two films in standard deviations.  Set by hand.
-GOOD_AIR_MM, GOOD_TWIST_DEG, GOOD_SHARPNESS, GOOD_LIGHT, GOOD_CONTRAST, GOOD_SDS = 0.05, 0.3, 0.6, 0.4, 0.2, 3.0
+#: Figures within these need no action: air, mm; twist, degrees; share of the sharpest third harmonic; difference of two
+#: films in standard deviations.  Set by hand.
+GOOD_AIR_MM, GOOD_TWIST_DEG, GOOD_SHARPNESS, GOOD_SDS = 0.05, 0.3, 0.6, 3.0
 #: The pitch that the badge is printed for may be off by this share.
 GOOD_PITCH_SHARE = 0.003
 #: Error of one film's third harmonic as a share, at least.  Set by hand.
 SHARPNESS_SD_SHARE = 0.15
-#: White rim of a marker, over its side.
-RIM_SHARE = 1 / 12
 
 
-@dataclass(frozen=True)
-class FilmResult:
-    """One film: how it was judged, and its as-built figures, None where it was not accepted."""
+def film_figures(
+    reports: Sequence[Report], built: Sequence[AsBuilt], badge: Badge, thickness: Figure | None
+) -> list[Figure]:
+    """All figures that films show.
 
-    name: str
-    report: Report
-    built: AsBuilt | None
-
-
-def film_figures(films: Sequence[FilmResult], badge: Badge, thickness: Figure | None) -> list[Figure]:
-    """All figures that the films show.
-
-    Parameters: thickness: of the sheet, as it was measured without the badge; None or without value if it was not.
+    Parameters: built: as-built figures of those that were accepted; thickness: of the sheet, as it was measured without
+        the badge; None or without value if it was not.
     """
-    built = [film.built for film in films if film.built is not None]
-    shared = [_light(films), _contrast(films), _focal(films), _flatness(films)]
+    films = [report.measurement for report in reports if report.measurement]
     if not built:
-        return shared
-    found = merge(built)
+        return _focal(reports)
+    found = merge(list(built))
     return [
         _gain(found),
         _air(found, badge, thickness),
         _focus(built, badge),
         _twist(found, badge),
-        _wander(found, badge),
         _pitch(films, found, badge),
         *([_repeats(built)] if len(built) > 1 else []),
-        *shared,
+        *_focal(reports),
     ]
 
 
 def _gain(found: AsBuilt) -> Figure:
     words = "How far the fringes move, over the design. Any sheet from 0.5 to 1.6 can be enrolled."
-    return Figure("Fringe motion", found.gain_ratio, found.gain_sd, "x design", "good", words)
+    return Figure("Fringe motion", found.gain_ratio, found.gain_sd, "x design", words)
 
 
 def _air(found: AsBuilt, badge: Badge, thickness: Figure | None) -> Figure:
@@ -77,13 +65,14 @@ def _air(found: AsBuilt, badge: Badge, thickness: Figure | None) -> Figure:
             f"Motion as if by {air_mm:+.3f} mm of air; so does a sheet of another thickness, and its thickness was not "
             "measured."
         )
-        return unknown("Air under the sheet", "mm", words, "Measure the sheet with a calliper, and give --thickness.")
+        advice = "Measure the sheet with a calliper, and give its thickness."
+        return Figure("Air under the sheet", None, None, "mm", words, advice)
     # A sheet that is thicker by its error moves fringes as much more.
     sd_mm = math.hypot(sd_mm, thickness.sd / lens.thickness_mm * per_gain_mm)
     good = air_mm - 2 * sd_mm < GOOD_AIR_MM
     advice = "" if good else "Press the sheet flat, or glue it with clear film; dust and bubbles hold it up."
     words = "From the fringes' motion beyond what the measured thickness gives. Elliptical lenses look like some air."
-    return Figure("Air under the sheet", air_mm, sd_mm, "mm", good_or(good), words, advice)
+    return Figure("Air under the sheet", air_mm, sd_mm, "mm", words, advice)
 
 
 def _focus(built: Sequence[AsBuilt], badge: Badge) -> Figure:
@@ -94,7 +83,9 @@ def _focus(built: Sequence[AsBuilt], badge: Badge) -> Figure:
     seen = [one.third_harmonic for one in built if one.third_harmonic is not None]
     if not seen:
         words = "The films do not show the fringes' third harmonic."
-        return unknown("Focus", "contrasts", words, "Film nearer, sharp, with fringes that pass by whole turns.")
+        return Figure(
+            "Focus", None, None, "contrasts", words, "Film nearer, sharp, with fringes that pass by whole turns."
+        )
     sharpest = third_harmonic_expected(badge.lens, badge.gratings[0].pitch_mm, badge.gratings[0].cells[0].duty)
     value = float(np.mean(seen))
     scatter = float(np.std(seen, ddof=1)) if len(seen) > 1 else 0.0
@@ -102,7 +93,7 @@ def _focus(built: Sequence[AsBuilt], badge: Badge) -> Figure:
     good = value >= GOOD_SHARPNESS * sharpest
     words = f"The fringes' third harmonic; a sheet that focuses on the page shows {sharpest:.2f}."
     advice = "" if good else "Sheets for flip pictures are soft on purpose; this one can be enrolled by its films."
-    return Figure("Focus", value, sd, "contrasts", good_or(good), words, advice)
+    return Figure("Focus", value, sd, "contrasts", words, advice)
 
 
 def third_harmonic_expected(lens: Lens, pitch_mm: float, duty: float) -> float:
@@ -123,10 +114,10 @@ def _twist(found: AsBuilt, badge: Badge) -> Figure:
     good = abs(degrees) < GOOD_TWIST_DEG
     advice = "" if good else "Turn the sheet until the fringes are upright, then fix it."
     words = "Between lenses and lines. It is measured at enrolment, so a small one does no harm."
-    return Figure("Twist", degrees, sd, "degrees", good_or(good), words, advice)
+    return Figure("Twist", degrees, sd, "degrees", words, advice)
 
 
-def _pitch(films: Sequence[FilmResult], found: AsBuilt, badge: Badge) -> Figure:
+def _pitch(films: Sequence[Measurement], found: AsBuilt, badge: Badge) -> Figure:
     """Pitch of the lenses on the badge, from the beat with the printed lines: 1/p_f = 1/p_r - f.
 
     The beat is that for a camera far away, with the design's effective gap.  A sheet that moves fringes `gain` times as
@@ -143,19 +134,18 @@ def _pitch(films: Sequence[FilmResult], found: AsBuilt, badge: Badge) -> Figure:
     )
     good = off < GOOD_PITCH_SHARE
     advice = "" if good else "Begin again in another folder, with a new photo of the pitch test under this sheet."
-    return Figure("Pitch on the badge", 1 / lens_per_mm, sd / lens_per_mm**2, "mm", good_or(good), words, advice)
+    return Figure("Pitch on the badge", 1 / lens_per_mm, sd / lens_per_mm**2, "mm", words, advice)
 
 
-def _nearness(films: Sequence[FilmResult], beats: float) -> tuple[float, float]:
+def _nearness(films: Sequence[Measurement], beats: float) -> tuple[float, float]:
     """What the camera's nearness adds to the beat frequency, cycles per mm, and the distance's error as a share.
 
     Parameters: beats: g_eff / p_r.
     """
-    measured = [film.report.measurement for film in films if film.report.measurement]
-    if not measured:
+    if not films:
         return 0.0, 0.0
-    distance_mm = float(np.median(np.concatenate([np.abs(one.camera_mm[:, 2]) for one in measured])))
-    return beats / distance_mm, max(one.camera.focal_sd_px / one.camera.focal_px for one in measured)
+    distance_mm = float(np.median(np.concatenate([np.abs(one.camera_mm[:, 2]) for one in films])))
+    return beats / distance_mm, max(one.camera.focal_sd_px / one.camera.focal_px for one in films)
 
 
 def _reference(badge: Badge) -> float:
@@ -177,98 +167,16 @@ def _repeats(built: Sequence[AsBuilt]) -> Figure:
     good = worst < GOOD_SDS
     words = "Of gain, offset and twist, the two films' greatest difference over its error bar."
     advice = "" if good else "The sheet moved, or the page bends: fix it, and film again."
-    return Figure("Two films differ by", worst, None, "error bars", good_or(good), words, advice)
+    return Figure("Two films differ by", worst, None, "error bars", words, advice)
 
 
-def _light(films: Sequence[FilmResult]) -> Figure:
-    """Unevenness of the light: paper around the markers, brightest less darkest over their mean."""
-    found = [_unevenness(film.report) for film in films]
-    seen = [one for one in found if one is not None]
+def _focal(reports: Sequence[Report]) -> list[Figure]:
+    """The camera's focal length over the picture's longer side, as the first film gives it; none where no film does."""
+    seen = [(report.measurement.camera, report.track.image_px) for report in reports if report.measurement]
     if not seen:
-        return unknown("Light, uneven by", "%", "The badge is not seen.", "Film it again.")
-    worst = max(seen)
-    good = worst < GOOD_LIGHT
-    advice = "" if good else "Turn away from the lamp or window at the side, or film in the shade."
-    words = "Paper at the four squares, brightest less darkest. Light from one side moves the fringes by up to 0.7 rad."
-    return Figure("Light, uneven by", 100 * worst, None, "%", good_or(good), words, advice)
-
-
-def _unevenness(report: Report) -> float | None:
-    picture, badge = report.track.snapshot, report.track.badge
-    if picture is None or not isinstance(badge.markers, Markers):
-        return None
-    x0, y0, x1, _ = badge.outline_mm
-    scale, half = picture.shape[1] / (x1 - x0), badge.squares.size_mm / 2
-    rim = badge.squares.size_mm * RIM_SHARE
-    paper = []
-    for x, y in badge.squares.centers_mm:
-        top, left, right = (y - half - 1.5 * rim - y0, x - half - x0, x + half - x0)
-        sides = (top, top + rim), (left, right)
-        rows, columns = (slice(max(0, round(scale * low)), round(scale * high) + 1) for low, high in sides)
-        paper.append(float(np.median(LINEAR_COUNTS[picture[rows, columns]])))
-    return (max(paper) - min(paper)) / max(float(np.mean(paper)), 1e-6)
-
-
-def _contrast(films: Sequence[FilmResult]) -> Figure:
-    """Fringe contrast over level, median over strips and frames of all films."""
-    strips = [strip for film in films if film.report.measurement for strip in film.report.measurement.strips if strip]
-    ratios = [strip.contrast / np.maximum(strip.level, 1e-6) for strip in strips]
-    shares = [float(np.median(ratio[np.isfinite(ratio)])) for ratio in ratios if np.isfinite(ratio).any()]
-    if not shares:
-        return unknown("Fringe contrast", "of the most", "The fringes are not seen.", "Film again.")
-    value = float(np.median(shares)) / MOST_CONTRAST
-    good = value > GOOD_CONTRAST
-    advice = "" if good else "Wipe the sheet, keep glare off, print darker; haze lowers it too."
-    words = "Of the fringes, over that of full light and full dark; haze, glare, air and a soft sheet lower it."
-    return Figure("Fringe contrast", value, None, "of the most", good_or(good), words, advice)
-
-
-def _focal(films: Sequence[FilmResult]) -> Figure:
-    """The camera's focal length over the picture's longer side, as the films give it."""
-    cameras = [(film.report, film.report.measurement.camera) for film in films if film.report.measurement]
-    if not cameras:
-        return unknown("Camera", "x long side", "The films do not show the badge.", "Film again.")
-    report, camera = cameras[0]
-    long_px = max(report.track.image_px)
+        return []
+    camera, long_px = seen[0][0], max(seen[0][1])
     given = "as calibrated" if camera.focal_given else "solved from the badge; a film of the camera chart is finer"
     words = f"Focal length, {given}. Shutter from first to last row: {1000 * camera.shutter_s:.0f} ms."
     advice = "Film the camera chart, and give it as camera-film." if camera.focal_at_limit else ""
-    value, sd = camera.focal_px / long_px, camera.focal_sd_px / long_px
-    return Figure("Camera", value, sd, "x long side", good_or(not camera.focal_at_limit), words, advice)
-
-
-def _flatness(films: Sequence[FilmResult]) -> Figure:
-    """Twist of the page, 1/m, the most of all films; a bend along a side is not seen."""
-    seen = [film.report.measurement.camera for film in films if film.report.measurement]
-    if not seen:
-        return unknown("Flatness", "1/m", "The films do not show the badge.", "Film again.")
-    twist = max(abs(camera.twist_per_m) for camera in seen)
-    fit = f"The squares' corners fit within {np.median(seen[0].reprojection_px):.2f} px."
-    if not twist:
-        words = f"Not measured: the films show no twist of the page, and no film shows a bend along a side. {fit}"
-        advice = "Lay a ruler over the badge: light under its edge should not be wider than a sheet of paper (0.1 mm)."
-        return unknown("Flatness", "1/m", words, advice)
-    good = twist < BENT_PER_M
-    words = (
-        "How much the page is twisted; 0.3 / m lifts two corners by 1 mm. A page that is bent along a side looks flat. "
-        f"{fit}"
-    )
-    return Figure("Flatness", twist, None, "1/m", good_or(good), words, "" if good else "Put the page on a flat board.")
-
-
-def _wander(found: AsBuilt, badge: Badge) -> Figure:
-    """How far lenses are off their places: a fringe turns by 2 pi for a pitch."""
-    if not found.place_maps or found.place_map_sd is None:
-        words = "The films do not show it: at least two plain rows must be seen."
-        return unknown("Lenses off their places", "mm", words, "Film nearer, the whole badge.")
-    knots = np.concatenate([np.array(one) for one in found.place_maps])
-    noise = found.place_map_sd**2
-    # Each knot's error adds its square to the mean of squares, which is as uncertain as a mean of so many.
-    square = max(float(np.mean(knots**2)) - noise, 0.0)
-    square_sd = math.sqrt((4 * square * noise + 2 * noise**2) / knots.size)
-    off = math.sqrt(square) * badge.lens.pitch_mm / (2 * math.pi)
-    sd = square_sd / (2 * math.sqrt(max(square, square_sd, 1e-12))) * badge.lens.pitch_mm / (2 * math.pi)
-    good = off < OFF_MM
-    words = "Root mean square along the sheet. It is measured at enrolment, so that it does no harm."
-    advice = "" if good else "Glue the sheet without tension, or take another piece."
-    return Figure("Lenses off their places", off, sd, "mm", good_or(good), words, advice)
+    return [Figure("Camera", camera.focal_px / long_px, camera.focal_sd_px / long_px, "x long side", words, advice)]

@@ -6,7 +6,6 @@ that the step makes are taken over, and no others: what was printed before stays
 
 from __future__ import annotations
 
-import re
 import shutil
 from collections.abc import Callable
 from contextlib import AbstractContextManager
@@ -17,12 +16,11 @@ from typing import Any
 
 import msgspec
 
-from moireid.bringup.badge_steps import AS_BUILT, FILMS
 from moireid.bringup.bring_up import STEPS, BuildStep
 from moireid.bringup.build_folder import BADGE_JSON, BuildFolder, BuildState, Reading
 from moireid.bringup.chart_steps import CAMERA, CHART_FILES, PRINTER, SHEET
 from moireid.files import read_regular, whole_file
-from moireid.reading.answers import FilmAnswer, checked, malformed
+from moireid.reading.answers import FilmAnswer, checked
 from moireid.reading.film_orders import Ask, Progress, Send
 from moireid.reading.film_reader import Reader, named
 
@@ -30,8 +28,6 @@ from moireid.reading.film_reader import Reader, named
 OWN = (*CHART_FILES, SHEET, PRINTER, CAMERA, BADGE_JSON)
 #: No file that a step makes has more: the films of a record take 0.4 MB.
 MOST_BYTES = 50_000_000
-#: Names that pictures may have.
-PICTURE = re.compile(r"[a-z0-9-]{1,40}\.(jpg|svg)")
 #: What reads films, given them and `folder`, in which it may write.
 Readers = Callable[..., AbstractContextManager[Reader]]
 
@@ -61,9 +57,6 @@ def do_sealed(step: BuildStep, folder: BuildFolder, progress: Progress | None, r
         return step.do(folder, progress)
     films, lens = list(media.values()), Path(folder.wish.lens)
     read = [*films, lens] if lens.suffix.lower() == ".json" else films
-    if FILMS in step.made:
-        # A record never mixes films.
-        folder.at(FILMS).unlink(missing_ok=True)
     with TemporaryDirectory(prefix="moireid-") as place:
         aside = Path(place).resolve()
         for name in OWN:
@@ -75,17 +68,14 @@ def do_sealed(step: BuildStep, folder: BuildFolder, progress: Progress | None, r
         with readers(read, folder=aside) as reader:
             said: dict[str, Any] = reader.read(order, progress or (lambda done, of: None))
         reading = checked(checked(said, FilmAnswer, named(films)).result, Reading, named(films))
-        _take_over(step, reading, aside, folder, named(films))
+        _take_over(step, aside, folder)
     return reading
 
 
-def _take_over(step: BuildStep, reading: Reading, aside: Path, folder: BuildFolder, films: str) -> None:
-    """Copy the files that a step made.  Raises: MediaError where a picture has another name than steps give."""
-    if strange := next((name for name in reading.pictures if not PICTURE.fullmatch(name)), None):
-        raise malformed(films, f"a picture named {strange[:40]!r}")
-    for name in (*step.made, AS_BUILT, *reading.pictures):
-        if (name in OWN and name not in step.made) or not (aside / name).is_file() or (aside / name).is_symlink():
-            continue
-        content = read_regular(aside / name, MOST_BYTES)
-        with whole_file(folder.at(name)) as new:
-            new.write_bytes(content)
+def _take_over(step: BuildStep, aside: Path, folder: BuildFolder) -> None:
+    """Copy the files that a step made, and no others; a link is none of them."""
+    for name in step.made:
+        if (aside / name).is_file() and not (aside / name).is_symlink():
+            content = read_regular(aside / name, MOST_BYTES)
+            with whole_file(folder.at(name)) as new:
+                new.write_bytes(content)

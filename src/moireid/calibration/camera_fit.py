@@ -90,7 +90,7 @@ def camera_from_film(path: AnyPath, *, progress: Progress | None = None) -> Came
     MediaError
         If the film cannot be read, shows the chart too rarely or too small, or does not fit one camera.
     """
-    film = Film(path, reduced=False)
+    film = Film(path)
     size_px = film.width, film.height
     views = _distinct(_resting(_views(film, progress), size_px), size_px)
     if len(views) < VIEWS[0]:

@@ -160,7 +160,7 @@ def _found(luma: NDArray[np.uint8], chart: Badge) -> Array:
     if not pages:
         raise MediaError(
             f"the picture does not show this chart (markers {list(chart.squares.ids)} are not found); photograph the "
-            "whole board, sharp and evenly lit, and give the pitch-test.json of this very chart"
+            "whole chart, sharp and evenly lit, and give the pitch-test.json of this very chart"
         )
     return pages[0]
 
@@ -180,7 +180,7 @@ def _camera_mm(
         if not least <= distance_mm / 1000 <= most:
             raise SpecError(
                 f"a distance of {distance_mm / 1000:g} m does not go with the picture, in which a camera shows the "
-                f"chart so large from {least:.2g} to {most:.2g} m; give --distance in metres, or leave it out"
+                f"chart so large from {least:.2g} to {most:.2g} m; give distance_m= in metres, or leave it out"
             )
         camera = camera * distance_mm / np.linalg.norm(camera)
     return np.asarray(camera + np.append(middle_mm, 0.0), float)

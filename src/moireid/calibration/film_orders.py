@@ -35,7 +35,7 @@ class SheetOrder:
 
     def __call__(self, send: Send, ask: Ask, progress: Progress) -> None:
         """Send what it shows."""
-        found = read_sheet(self.film, self.chart, self.distance_m, self.focal_px, self.measured_scale, progress)
+        found = read_sheet(self.film, self.chart, self.distance_m, self.focal_px, self.measured_scale)
         # Figures may be numpy's.
         send({"result": msgspec.to_builtins(found, enc_hook=np.generic.item)})
 

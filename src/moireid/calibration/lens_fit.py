@@ -99,7 +99,7 @@ def lens_from_views(
     if not 1 - MAX_BEYOND_STEPS <= band <= len(printed) + MAX_BEYOND_STEPS:
         raise MediaError(
             f"the lens matches no band of this chart: it has about {MM_PER_INCH * lens_per_mm:.2f} lines per inch of "
-            "the page; print a chart of more --steps, or about another --lens",
+            "the page; print a chart of more bands, or about another sheet",
             lines_per_inch=MM_PER_INCH * lens_per_mm,
         )
     pitch_mm = 1 / lens_per_mm
@@ -128,8 +128,8 @@ def _one_lens(readings: list[BandReading], chart: Badge) -> tuple[float, float, 
     if len(usable) < MIN_BANDS:
         raise MediaError(
             f"{len(usable)} of {len(readings)} bands show fringes that can be read, and at least {MIN_BANDS} must; lay "
-            "the sheet over more bands, avoid glare and blur, go nearer, or print a chart of more --steps or another "
-            "--lens",
+            "the sheet over more bands, avoid glare and blur, go nearer, or print a chart of more bands, or "
+            "about another sheet",
             readable=len(usable),
         )
     across, sd, scatter, used = _agree(usable, _floor_fringes(chart))

@@ -1,4 +1,4 @@
-"""All that a photograph or a film of a pitch test shows: the sheet's pitch and thickness, and the growth of lines."""
+"""All that a photograph or a film of a pitch test shows: the sheet's pitch, and the growth of lines."""
 
 from __future__ import annotations
 
@@ -12,17 +12,14 @@ from moireid.calibration.chart_reading import ChartView, check_chart, view_chart
 from moireid.calibration.ink_reading import InkGrowth, ink_growth
 from moireid.calibration.lens_fit import lens_from_views
 from moireid.calibration.still import load_pictures
-from moireid.calibration.thickness import Thickness, thickness_from_film, with_thickness
 from moireid.errors import MediaError
 from moireid.files import AnyPath, as_path
 from moireid.profiles import LensProfile, PrinterProfile, find_dpi
-from moireid.question import KnownCamera
 from moireid.verifier.measuring import FOCAL_PRIOR_RATIO
-from moireid.verifier.video import Progress
 
 #: Standard deviation of the camera's distance as a share, by where it comes from: a tape measure, a focal length that
 #: was calibrated, one that the camera noted (rounded, and cropped by stabilisation), and that of a usual phone.
-DISTANCE_SD = {"--distance": 0.03, "--focal-px": 0.02, "the camera's note": 0.06, "a usual phone": 0.35}
+DISTANCE_SD = {"a tape measure": 0.03, "the focal length": 0.02, "the camera's note": 0.06, "a usual phone": 0.35}
 
 
 @dataclass(frozen=True)
@@ -32,18 +29,15 @@ class SheetReading:
     Attributes
     ----------
     profile : LensProfile
-        Of the sheet, with its thickness where a film shows it.
+        Of the sheet.
     ink : InkGrowth
         By how much the printer widens lines.
-    thickness : Thickness or None
-        From the fringes' motion; None for a photograph, which cannot show it.
     distance_from : str
         Where the camera's distance comes from, a key of `DISTANCE_SD`.
     """
 
     profile: LensProfile
     ink: InkGrowth
-    thickness: Thickness | None
     distance_from: str
 
 
@@ -53,7 +47,6 @@ def read_sheet(
     distance_m: float | None = None,
     focal_px: float | None = None,
     measured_scale: float | None = None,
-    progress: Progress | None = None,
 ) -> SheetReading:
     """Read a photograph or a film of the pitch test, with the best known distance of the camera.
 
@@ -69,8 +62,6 @@ def read_sheet(
         Focal length of the picture, px.
     measured_scale : float, optional
         As for `lens_from_views`.
-    progress : callable, optional
-        As for `verify`, which reads a film.
 
     Raises
     ------
@@ -82,7 +73,7 @@ def read_sheet(
     check_chart(chart)
     path = as_path(path)
     pictures, noted_px = load_pictures(path)
-    known = {"--distance": distance_m, "--focal-px": focal_px, "the camera's note": noted_px}
+    known = {"a tape measure": distance_m, "the focal length": focal_px, "the camera's note": noted_px}
     source = next((name for name, value in known.items() if value), "a usual phone")
     focal = focal_px or noted_px or FOCAL_PRIOR_RATIO * max(pictures[0].shape)
     seen = _views(pictures, chart, focal, 1000 * distance_m if distance_m else None)
@@ -94,12 +85,7 @@ def read_sheet(
         measured_scale=measured_scale,
     )
     ink = ink_growth([(picture, view.page) for picture, view in seen if view.page is not None], chart)
-    # A photograph is one picture.
-    if len(pictures) == 1:
-        return SheetReading(profile, ink, None, source)
-    camera = None if focal_px is None else KnownCamera(focal_px)
-    thickness = thickness_from_film(path, chart, camera=camera, progress=progress)
-    return SheetReading(with_thickness(profile, thickness), ink, thickness, source)
+    return SheetReading(profile, ink, source)
 
 
 def _views(

@@ -52,7 +52,7 @@ def load_pictures(path: AnyPath) -> tuple[list[NDArray[np.uint8]], float | None]
     still = _photograph(path)
     if still is not None:
         return [still[0]], still[1]
-    frames = Film(path, reduced=False).frames()
+    frames = Film(path).frames()
     return [frame.luma for frame in islice(frames, 0, FILM_FRAMES * FILM_STRIDE, FILM_STRIDE)], None
 
 

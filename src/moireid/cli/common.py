@@ -144,11 +144,6 @@ registry_option = click.option(
     help="The registry: the path of an SQLite file, or an SQLAlchemy URL. Default: that of MOIREID_REGISTRY, else one "
     "in your user data folder.",
 )
-expires_option = click.option(
-    "--expires",
-    metavar="DATE",
-    help="The last day on which the badge counts, such as 2027-05-03, in UTC. It cannot be changed later.",
-)
 actor_option = click.option(
     "--actor",
     envvar="MOIREID_ACTOR",

@@ -14,7 +14,6 @@ from moireid.cli.common import (
     camera_options,
     counted,
     echo,
-    expires_option,
     friendly,
     json_option,
     progress_bar,
@@ -65,7 +64,6 @@ reason_option = click.option("--reason", metavar="TEXT", help="Why, with --repla
 @unsealed_option
 @replace_option
 @reason_option
-@expires_option
 @actor_option
 @json_option
 def enroll_command(
@@ -78,7 +76,6 @@ def enroll_command(
     unsealed: bool,
     replace: bool,
     reason: str | None,
-    expires: str | None,
     actor: str | None,
     as_json: bool,
 ) -> None:
@@ -100,11 +97,9 @@ def enroll_command(
     from moireid.cli.issue_notes import look_alike_notes
     from moireid.enrolment import keep_figures
     from moireid.registry import open_registry
-    from moireid.registry.changes import checked_reason, expiry_day
+    from moireid.registry.changes import checked_reason
 
     # Before a registry is made for it, or films are read.
-    if expires is not None:
-        expiry_day(expires)
     check_replace(replace, reason, "--capture FILM", bool(captures))
     reason = None if reason is None else checked_reason(reason)
     badge = load_badge(badge_json)
@@ -118,7 +113,7 @@ def enroll_command(
         registry.check_head()
         compared = None if as_built is None else show_compared(registry, badge, as_built, reason)
         notes = look_alike_notes([badge], registry)
-        record = registry.enroll(badge, warned=True, expires=expires)
+        record = registry.enroll(badge)
         if as_built is not None:
             record = keep_figures(registry, record, as_built, reason)
         if as_json:
@@ -126,8 +121,6 @@ def enroll_command(
             show_json(record.summary() | {"registry": registry.shown_url, "notes": notes} | measured)
         else:
             echo(f"{record.name} holds badge {record.id} since {record.issued_at} in {registry.shown_url}")
-            if record.expires is not None:
-                echo(f"it counts until the end of {record.expires}")
             if as_built is not None:
                 echo(figures_words(record, as_built))
         for note in notes + _state_notes(record):
@@ -160,10 +153,6 @@ def _state_notes(record: Record) -> list[str]:
     """A sentence if the badge does not count at present."""
     if record.revoked_at is not None:
         return [f"this badge was revoked on {record.revoked_at} ({record.revoked_reason}), and stays revoked"]
-    if (barred := record.barred()) is not None and barred.code == "expired":
-        return [f"this badge expired on {record.expires}, and stays so"]
-    if record.suspended_at is not None:
-        return [f"this badge is suspended since {record.suspended_at} ({record.suspended_reason})"]
     return []
 
 

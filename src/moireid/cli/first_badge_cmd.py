@@ -23,13 +23,10 @@ from moireid.cli.common import (
     show_json,
 )
 from moireid.cli.sealed_reader import sealed_reader, unsealed_option
-from moireid.errors import SpecError
 
 if TYPE_CHECKING:
     from moireid.bringup.bring_up import Advance
     from moireid.bringup.build_folder import BuildFolder
-
-MEDIA = click.Path(path_type=Path, dir_okay=False)
 
 
 @click.command("first-badge")
@@ -62,18 +59,12 @@ MEDIA = click.Path(path_type=Path, dir_okay=False)
     help="Of the photo of the pitch test, in metres.",
 )
 @click.option("--focal-px", type=FiniteRange(0, 100_000), metavar="PX", help="Focal length of that photo, if known.")
-@click.option("--record", type=MEDIA, help="Write the films as a capture record to share: signals and fringes (.json).")
-@click.option("--with-badge", is_flag=True, help="With --record: also badge.json, which has name and identity.")
-@click.option("--note", default="", metavar="TEXT", help="With --record: your words, such as where the sheet is from.")
 @unsealed_option
 @overwrite_option
 @json_option
 @friendly
 def first_badge_command(
     folder: Path,
-    record: Path | None,
-    with_badge: bool,
-    note: str,
     unsealed: bool,
     overwrite: bool,
     as_json: bool,
@@ -86,32 +77,22 @@ def first_badge_command(
 
     \b
     1. It writes pitch-test.pdf; print it and put the sheet on it.
-    2. Photograph it: sheet-photo.jpg, and film it: sheet-film.mp4.
+    2. Photograph it: sheet-photo.jpg.
     3. Film the camera's chart, if you like: camera-film.mp4.
     4. It prints the badge for your sheet and printer: badge/badge.pdf.
     5. Build it, and film it twice: badge-film-1.mp4, badge-film-2.mp4.
 
-    report.html has every figure with its error bar and what to do about it; sheet.json, printer.json and camera.yaml
-    are profiles for the other commands. It exits with 3 where a photo or film could not be used. What you give is kept
-    for the next calls; a --thickness, --measured-scale, --distance or --focal-px of 0 is forgotten.
+    Every figure has its error bar, and what to do about it; sheet.json, printer.json and camera.yaml are profiles for
+    the other commands (--lens, --printer, --camera). It exits with 3 where a photo or film could not be used. What you
+    give is kept for the next calls; a --thickness, --measured-scale, --distance or --focal-px of 0 is forgotten.
     """
     from moireid.bringup.bring_up import advance
-    from moireid.bringup.build_folder import BADGE_JSON, OWN_FILES, STATE, open_folder
-    from moireid.bringup.progress_page import PAGE, render_progress
+    from moireid.bringup.build_folder import open_folder
     from moireid.bringup.sealed_steps import do_sealed
-    from moireid.files import planned, write_text
 
-    _check_record(record, with_badge=with_badge, note=note)
-    if record is not None:
-        own = [folder / name for name in (STATE, BADGE_JSON, *OWN_FILES)]
-        planned([record], overwrite=overwrite, make_folders=False, kept=own)
     do = partial(do_sealed, readers=partial(sealed_reader, unsealed=unsealed))
     made = advance(open_folder(folder, _read(wished)), watch=progress_bar, do=do)
-    page = made.folder.at(PAGE)
-    write_text(page, render_progress(made))
-    if record is not None:
-        _write_record(made, record, with_badge=with_badge, note=note, overwrite=overwrite)
-    _show(made, page, record, as_json=as_json)
+    _show(made, as_json=as_json)
     _keep_printer(made.folder, overwrite=overwrite)
     if made.refused is not None:
         raise click.exceptions.Exit(INCONCLUSIVE)
@@ -132,18 +113,6 @@ def _keep_printer(folder: BuildFolder, *, overwrite: bool) -> None:
     say(f"note: print-your-badge --printer {shlex.quote(name)} draws for {kept.words}")
 
 
-def _check_record(record: Path | None, *, with_badge: bool, note: str) -> None:
-    """Raise SpecError where the options of a capture record do not go together."""
-    from moireid.bringup.capture_record import NOTE_CHARACTERS
-
-    if record is None and (with_badge or note):
-        raise SpecError("--with-badge and --note belong to a capture record; give --record FILE with them")
-    if record is not None and record.suffix.lower() != ".json":
-        raise SpecError(f"--record {record} must end in .json, as a capture record is one JSON file")
-    if len(note) > NOTE_CHARACTERS:
-        raise SpecError(f"--note has {len(note)} characters, at most {NOTE_CHARACTERS} fit; shorten it")
-
-
 def _read(wished: dict[str, Any]) -> dict[str, Any]:
     """The wish, with its texts read.  Raises: SpecError for an impossible name or scale."""
     from moireid.designer.order import clean_name, parse_scale
@@ -158,28 +127,8 @@ def _read(wished: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-def _write_record(made: Advance, record: Path, *, with_badge: bool, note: str, overwrite: bool) -> None:
-    """Write the capture record, and say what it reveals."""
-    from moireid.bringup.badge_steps import collect_record
-    from moireid.bringup.capture_record import write_record
-    from moireid.files import planned
-
-    if made.next_step not in (None, made.steps[-1]):
-        raise SpecError(f"a record needs films of the badge, and {made.folder.path} is not there yet; call without it")
-    found = collect_record(made.folder, with_badge=with_badge, note=note)
-    planned([record], overwrite=overwrite)
-    write_record(found, record)
-    say(
-        f"note: {record} has the fringes of the badge, from which its identity can be read, and no name, face or sound"
-        if not with_badge
-        else f"note: {record} has the name and the identity of the badge"
-    )
-
-
-def _show(made: Advance, page: Path, record: Path | None, *, as_json: bool) -> None:
+def _show(made: Advance, *, as_json: bool) -> None:
     """Print the figures and the next step."""
-    from moireid.bringup.progress_page import shown_value
-
     figures = made.folder.figures()
     notes = [note for name in made.did for note in made.folder.state.readings[name].notes]
     if as_json:
@@ -198,15 +147,15 @@ def _show(made: Advance, page: Path, record: Path | None, *, as_json: bool) -> N
                 "refused": made.refused,
                 "notes": notes,
                 "figures": msgspec.to_builtins(figures),
-                "files": {"report": str(page)} | ({"record": str(record)} if record else {}),
             }
         )
         return
     for note in notes:
         say(f"note: {note}")
     for figure in figures:
-        mark = {"good": " ", "look": "!", "unknown": "?"}[figure.state]
-        echo(f" {mark} {figure.name:<20} {shown_value(figure)}")
+        echo(f" {'!' if figure.advice else ' '} {figure.name:<20} {figure.shown}")
+        if figure.advice:
+            echo_lines(click.wrap_text(f"{figure.words} {figure.advice}", 100, "     ", "     "))
     if figures:
         echo("")
     if made.refused is not None:
@@ -217,5 +166,3 @@ def _show(made: Advance, page: Path, record: Path | None, *, as_json: bool) -> N
         # A command is copied, so it is one line.
         wide = len(sentence) + 10 if sentence.startswith("moireid ") else 100
         echo_lines(click.wrap_text(sentence, wide, f"  {number}. ", "     "))
-    echo()
-    echo(f"The whole report: {page}")

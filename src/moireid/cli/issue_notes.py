@@ -49,18 +49,15 @@ def opened(registry_url: str | None) -> Iterator[Registry | None]:
 
 
 def namesake_notes(badges: Sequence[Badge], registry: Registry) -> list[str]:
-    """A sentence for each badge whose name, and line below it, are those of another badge that is enrolled."""
-    from moireid.names import line_of
-
+    """A sentence for each badge whose name is that of another badge that is enrolled."""
     notes = []
     for badge in badges:
-        line = line_of(badge.print)
-        same = [one for one in registry.named(badge.name) if one.id != badge.id and one.line == line]
+        same = [one.id for one in registry.named(badge.name) if one.id != badge.id]
         if same:
-            whose = badge.name if line is None else f"{badge.name}, {line}"
+            verb = "is" if len(same) == 1 else "are"
             notes.append(
-                f"{_listed([one.id for one in same])} in the registry {'is' if len(same) == 1 else 'are'} of "
-                f"{whose!r} too, so a claim must give the id; another first line (--line) would distinguish them"
+                f"{_listed(same)} in the registry {verb} of {badge.name!r} too, so a claim must give the id; a name "
+                "with their work would distinguish them"
             )
     return notes
 

@@ -37,7 +37,7 @@ SECTIONS: dict[str, dict[str, str]] = {
         "calibrate": "Make a lens profile from a chart of `moireid pitch-test`, or calibrate a camera.",
     },
     "The registry, and access to the studio": {
-        "registry": "Look after the registry of badges: list, show, suspend, revoke, audit.",
+        "registry": "Look after the registry of badges: list, show, revoke, audit.",
         "token": "Make, list and revoke access tokens for the studio.",
     },
     "For researchers: many films at once, and the figures that this project states": {

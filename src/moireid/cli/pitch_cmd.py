@@ -79,8 +79,7 @@ def pitch_test_command(
     """Make a chart that measures a lens sheet's true pitch.
 
     It writes pitch-test.pdf and pitch-test.json. Print the PDF and put the sheet on it. The band that is all light or
-    all dark from edge to edge is the one that matches. Then run `moireid calibrate` with the number of that band, or
-    with a photo.
+    all dark from edge to edge is the one that matches. Then run `moireid calibrate` with a photo.
     """
     from moireid.designer.chart import design_chart
     from moireid.fabrication.page.chart_page import print_chart
@@ -107,7 +106,9 @@ def pitch_test_command(
     )
     for path in files.values():
         echo(f"  {path}")
-    echo(f"Print it at 100 %, put the sheet on it, and read it from {distance:g} m; then run moireid calibrate.")
+    echo(f"Print it at 100 %, put the sheet on it, and photograph it from {distance:g} m. Next:")
+    chart_json = shlex.quote(str(files["pitch-test.json"]))
+    echo(f"  moireid calibrate PHOTO --chart {chart_json} --out sheet.json --printer-out NAME")
 
 
 @click.command("calibrate")
@@ -134,6 +135,7 @@ def pitch_test_command(
 )
 @click.option(
     "--distance",
+    "distance_m",
     type=FiniteRange(0.1, 100),
     metavar="M",
     help="Distance from camera to the sheet, in metres, if known.",
@@ -158,7 +160,7 @@ def calibrate_command(
     paper: str,
     out: Path,
     printer_out: str | None,
-    distance: float | None,
+    distance_m: float | None,
     focal_px: float | None,
     scale_text: str | None,
     unsealed: bool,
@@ -169,7 +171,7 @@ def calibrate_command(
 
     Give a PHOTO or a film of the chart with the sheet on it. A film that is moved sideways also measures the sheet's
     thickness; a photo from about 1 m also measures by how much the printer widens lines. Then print badges for that
-    sheet and printer: print-your-badge NAME --lens my-lens.json --printer my-printer.
+    sheet and printer: print-your-badge NAME --lens sheet.json --printer office-laser.
 
     \b
     A camera:
@@ -186,7 +188,7 @@ def calibrate_command(
         given: dict[str, object] = {
             "--chart": chart_json,
             "--printer-out": printer_out,
-            "--distance": distance,
+            "--distance": distance_m,
         }
         given |= {"--focal-px": focal_px, "--measured-scale": scale_text}
         if wrong := [option for option, value in given.items() if value is not None]:
@@ -210,16 +212,18 @@ def calibrate_command(
     planned(outs, overwrite=overwrite, make_folders=False, kept=[chart_json, photo])
     scales = parse_scale(scale_text) if scale_text else None
     chart = load_badge(chart_json)
-    order = SheetOrder(photo, chart, distance, focal_px, scales and scales[0])
+    order = SheetOrder(photo, chart, distance_m, focal_px, scales and scales[0])
     with sealed_reader([photo], unsealed=unsealed) as reader, progress_bar("reading the pitch test") as progress:
         found = film_read(order, SheetReading, reader, progress)
     _say_notes(found)
     planned(outs, overwrite=overwrite, kept=[chart_json, photo])
     if printer_out is not None:
-        printer = keep_printer(printer_profile(chart, found.ink, scales), printer_out, overwrite=overwrite)
-        say(f"note: print-your-badge --printer {shlex.quote(printer_out)} draws for {printer.words}")
+        keep_printer(printer_profile(chart, found.ink, scales), printer_out, overwrite=overwrite)
     save_profile(found.profile, out)
     _show(found, out, as_json=as_json)
+    if not as_json:
+        printer = [] if printer_out is None else ["--printer", printer_out]
+        echo(f"Next: {shlex.join(['print-your-badge', 'NAME', '--lens', str(out), *printer])}")
 
 
 def _camera(film: Path | None, out: Path, paper: str, *, unsealed: bool, overwrite: bool, as_json: bool) -> None:
@@ -258,9 +262,6 @@ def _camera(film: Path | None, out: Path, paper: str, *, unsealed: bool, overwri
 def _say_notes(found: SheetReading) -> None:
     """Say on stderr what the pictures do not show."""
     profile = found.profile
-    if found.thickness is not None and found.thickness.mm is None:
-        why = found.thickness.why
-        say(f"note: the film does not show how thick the sheet is, so the thickness on its label is used: {why}")
     if found.distance_from == "a usual phone":
         say(
             f"note: the focal length is not known, so the camera's distance is guessed to be "
@@ -292,15 +293,12 @@ def _show(read: SheetReading, out: Path, *, as_json: bool) -> None:
         )
         return
     echo(f"{out}: pitch {pitch_mm:.5f} mm, sd {sd_mm:.5f} mm; {profile.name}")
-    if "thickness_sd_mm" in found:
-        thick_mm, thick_sd_mm = profile.lens.thickness_mm, found["thickness_sd_mm"]
-        echo(f"  {thick_mm:.3f} mm thick, sd {thick_sd_mm:.3f} mm, from the fringes' motion")
     echo(f"  {found['bands_used']} of {found['bands']} bands read; the match is at band {found['matching_band']:.2f}")
     echo(f"  the sheet was rotated by {abs(found['twist_deg']):.2f} degrees, which is corrected")
     if ink.um is not None:
         echo(f"  the printer widens lines by {ink.um:.0f} um, sd {ink.sd_um:.0f} um")
     if found["unit"] == "printed page":
         echo(
-            "  this is in mm of the printed page: right for badges from the same printer at the same scale; for "
+            "  the pitch is in mm of the printed page: right for badges from the same printer at the same scale; for "
             "true mm, measure the scale bars and give --measured-scale"
         )

@@ -19,7 +19,7 @@ from moireid.cli.common import (
     progress_bar,
     show_json,
 )
-from moireid.simulate.flaw_table import BUILDS, PARTS, flaw_lines
+from moireid.simulate.flaw_table import BUILDS, flaw_lines
 
 if TYPE_CHECKING:
     from moireid.simulate.filming import FilmReport
@@ -29,7 +29,7 @@ GROUPS = {
     "How it is filmed": "motion distance frames fps camera",
     "What is filmed": "build flaw scene light forge",
     "What becomes of the film": "effect recipe",
-    "Error and run time": "backend error quick leave-out explain",
+    "Error and run time": "backend error explain",
     "Output": "out seed overwrite json",
 }
 
@@ -128,13 +128,6 @@ GROUPS = {
     type=FiniteRange(1e-6, 1),
     metavar="RAD",
     help="Largest error of the fringe phase; the fastest setting that keeps it is taken.",
-)
-@click.option("--quick", is_flag=True, help="Encode in a quarter of the time, into a larger file, as for a test.")
-@click.option(
-    "--leave-out",
-    type=click.Choice(PARTS),
-    multiple=True,
-    help="Leave something out of the film, to save time; may be given several times. Without the page, no markers.",
 )
 @click.option("--explain", is_flag=True, help="Show run times, estimated errors, and what was left out.")
 @click.option(

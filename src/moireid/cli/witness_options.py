@@ -5,7 +5,6 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,10 +15,9 @@ from moireid.errors import SpecError
 if TYPE_CHECKING:
     from moireid.registry import Registry
     from moireid.registry.bundle.held import Bundle
-    from moireid.registry.checkpoints.checkpoint import Checkpoint
-    from moireid.registry.checkpoints.cosignature import Quorum
+    from moireid.registry.checkpoints.note import VerifierKey
 
-quorum_option = click.option(
+witness_option = click.option(
     "--witness-key",
     "witness_keys",
     metavar="KEY|FILE",
@@ -34,49 +32,22 @@ checkpoint_option = click.option(
 )
 
 
-def quorum_of(witness_keys: tuple[str, ...]) -> Quorum | None:
-    """The witnesses that must have signed; None if none is named.  Raises: SpecError for a key that is none."""
-    if not witness_keys:
-        return None
-    from moireid.registry.checkpoints.cosignature import Quorum
-
-    return Quorum.of(witness_keys)
-
-
 @dataclass(frozen=True)
 class WitnessCheck:
-    """A checkpoint, and the witnesses that must have signed it; source: None for the one that a bundle holds."""
+    """The witnesses that must have signed a checkpoint, and its file; None for the one that a bundle holds."""
 
     source: Path | None
-    quorum: Quorum
-
-    @cached_property
-    def _checkpoint(self) -> Checkpoint:
-        """Read once: what is looked up later rests on the same one."""
-        return self.newest()
-
-    def newest(self) -> Checkpoint:
-        """The checkpoint as it is now.  Raises: RegistryError, SpecError if there is none."""
-        from moireid.registry.checkpoints.checkpoint import read_checkpoint
-
-        if self.source is None:
-            raise SpecError("--witness-key needs what the witnesses signed; add --checkpoint FILE")
-        return read_checkpoint(self.source)
+    witnesses: tuple[VerifierKey, ...]
 
     def require(self, held: Registry | Bundle) -> None:
         """Rely only on what they have seen of a registry.  Raises: RegistryError if that is not possible."""
         from moireid.registry.bundle.held import Bundle
+        from moireid.registry.checkpoints.checkpoint import read_checkpoint
 
         if isinstance(held, Bundle):
-            held.require_witnesses(self.quorum)
-        else:
-            held.require_witnesses(self._checkpoint, self.quorum, str(self.source))
-
-
-def require(check: WitnessCheck | None, held: Registry | Bundle) -> None:
-    """As `WitnessCheck.require`; nothing if no witness is asked for."""
-    if check is not None:
-        check.require(held)
+            held.require_witnesses(self.witnesses)
+        elif self.source is not None:
+            held.require_witnesses(self.witnesses, read_checkpoint(self.source))
 
 
 def witness_check(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -89,15 +60,17 @@ def witness_check(command: Callable[..., Any]) -> Callable[..., Any]:
         witness_keys: tuple[str, ...],
         **given: Any,
     ) -> Any:
-        if (quorum := quorum_of(witness_keys)) is None:
+        if not witness_keys:
             if checkpoint is not None:
                 raise SpecError("--checkpoint needs the keys of the witnesses; add --witness-key")
             return command(*args, witness_check=None, **given)
+        from moireid.registry.checkpoints.cosignature import witness_keys as read_keys
+
         bundled = given.get("bundle_path") is not None
         if checkpoint is None and not bundled:
             raise SpecError("--witness-key needs what the witnesses signed; add --checkpoint FILE")
         if checkpoint is not None and bundled:
             raise SpecError("a bundle holds its own checkpoint; leave one of --bundle and --checkpoint out")
-        return command(*args, witness_check=WitnessCheck(checkpoint, quorum), **given)
+        return command(*args, witness_check=WitnessCheck(checkpoint, read_keys(witness_keys)), **given)
 
-    return checkpoint_option(quorum_option(wrapped))
+    return checkpoint_option(witness_option(wrapped))

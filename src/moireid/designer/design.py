@@ -62,24 +62,20 @@ REFERENCE_RATIO = 0.52 / 0.508
 
 
 @dataclass(frozen=True)
-class Beats:
-    """The chosen beat frequencies, cycles per mm of page, as magnitudes: slowest level and step."""
-
-    slowest_per_mm: float
-    step_per_mm: float
-    levels: int
-
-
-@dataclass(frozen=True)
 class Drawing:
-    """An order with all that is chosen for it but the identity: its code family, front, places, grid and beats."""
+    """An order with all that is chosen for it but the identity: its code family, front, places, grid and beats.
+
+    slowest_per_mm, step_per_mm: beat frequency of the slowest level, and step of levels, magnitudes in cycles per mm.
+    """
 
     order: Order
     family: CodeFamily
     lens: Lens
     layout: Layout
     grid: Grid
-    beats: Beats
+    slowest_per_mm: float
+    step_per_mm: float
+    levels: int
     payload_bytes: int
 
     @property
@@ -193,9 +189,9 @@ def _larger(order: Order, payload_bytes: int, error: DesignError) -> str:
     if boards := [board for wish in wishes if (board := _least_board(wish, payload_bytes))]:
         # Of those alike, `min` takes the first: the order's own sheet, and then the finest and thinnest.
         board = min(boards, key=lambda board: max(papers.index(board.paper), papers.index("a3")))
-        paper = f" --paper {board.paper}" if board.paper != order.paper else ""
-        lens = f" --lens {board.lens}" if board.lens != order.lens else ""
-        return ", or give --size {:g}x{:g}".format(*board.size_mm or ()) + paper + lens
+        paper = f" paper={board.paper}" if board.paper != order.paper else ""
+        lens = f" lens={board.lens}" if board.lens != order.lens else ""
+        return ", or give size_mm={:g}x{:g}".format(*board.size_mm or ()) + paper + lens
     longer = order.range_m[1] / float(str(error.details["far_m"]))
     if not 1 < longer <= LONGEST:
         return ""
@@ -255,9 +251,9 @@ def _drawing(order: Order, payload_bytes: int) -> Drawing:
         )
     levels = SPACING_LEVELS if spacing else PITCH_LEVELS
     grid = choose_grid(layout.fields_mm, payload_bytes) if spacing else bands(layout.fields_mm, BANDS)
-    beats = choose_beats(layout, order.range_m[1], lens.pitch_mm, levels)
+    slowest, step = choose_beats(layout, order.range_m[1], lens.pitch_mm, levels)
     check_range(order.range_m, layout, grid, lens.pitch_mm, levels, payload_bytes)
-    return Drawing(order, family, lens, layout, grid, beats, payload_bytes)
+    return Drawing(order, family, lens, layout, grid, slowest, step, levels, payload_bytes)
 
 
 def _is_silk(order: Order, family: str) -> bool:
@@ -301,18 +297,19 @@ def _check_dots(order: Order, gratings: tuple[Grating, ...], lens_pitch_mm: floa
 
 def _blank_grating(drawing: Drawing, field: int, *, silk: bool) -> Grating:
     """A grating whose cells have their places and roles but no identity yet."""
-    (axis, rect), beats, lens_pitch_mm = drawing.layout.fields_mm[field], drawing.beats, drawing.lens.pitch_mm
+    (axis, rect), lens_pitch_mm = drawing.layout.fields_mm[field], drawing.lens.pitch_mm
+    slowest, step = drawing.slowest_per_mm, drawing.step_per_mm
     wanted = (1.0 - 1.0 / REFERENCE_RATIO) / lens_pitch_mm
-    level = min(max(round((wanted - beats.slowest_per_mm) / beats.step_per_mm), 0), beats.levels - 1)
-    reference = -(beats.slowest_per_mm + level * beats.step_per_mm)
+    level = min(max(round((wanted - slowest) / step), 0), drawing.levels - 1)
+    reference = -(slowest + level * step)
     pitch_mm = float(rear_pitch_for_beat_mm(lens_pitch_mm, reference))
     cells, roles = cells_and_roles(rect, axis, drawing.grid, pitch_mm, field, silk=silk)
     code = Code(
         roles=roles,
         payload_bits=8 * drawing.payload_bytes,
-        levels=beats.levels,
-        base_frequency_per_mm=-beats.slowest_per_mm,
-        frequency_step_per_mm=-beats.step_per_mm,
+        levels=drawing.levels,
+        base_frequency_per_mm=-slowest,
+        frequency_step_per_mm=-step,
         reference_level=None if drawing.spacing else level,
         phase_levels=PHASE_LEVELS if drawing.spacing else None,
     )
@@ -337,16 +334,17 @@ def _family_for(order: Order, payload_bytes: int) -> str:
     return name
 
 
-def choose_beats(layout: Layout, far_m: float, lens_pitch_mm: float, levels: int) -> Beats:
-    """Beat frequencies that the range's far end resolves and the tolerances cannot push to zero.
+def choose_beats(layout: Layout, far_m: float, lens_pitch_mm: float, levels: int) -> tuple[float, float]:
+    """Slowest beat and step of levels that the range's far end resolves and the tolerances cannot push to zero.
 
-    Convention: magnitudes.  Source: module docstring; camera `DESIGN_FOCAL_PX`.  `_reach_m` says how far it goes.
+    Convention: magnitudes, cycles per mm of page.
+    Source: module docstring; camera `DESIGN_FOCAL_PX`.  `_reach_m` says how far it goes.
     """
     width_mm = fringe_length_mm(layout)
     tolerance = PITCH_TOLERANCE / lens_pitch_mm
     slowest = tolerance + MIN_FRINGES / width_mm
     fastest = DESIGN_FOCAL_PX / (1000.0 * far_m) / MIN_PX_PER_FRINGE - tolerance
-    return Beats(slowest, min((fastest - slowest) / (levels - 1), MAX_STEP_FRINGES / width_mm), levels)
+    return slowest, min((fastest - slowest) / (levels - 1), MAX_STEP_FRINGES / width_mm)
 
 
 def _check_printer(order: Order, pitch_mm: float) -> None:

@@ -24,8 +24,7 @@ class BadgeFormat:
 
     size_mm: width and height as it is named; lens: label of the sheet; range_m: from where to where it is to be read;
     margin_mm: white at the edges; marker_mm: side of a marker's black square, None for the prototype's share of the
-    board's smaller side; corner_mm: radius of the corners as cut, 0 for a board of its own; words: for people, with the
-    holder that fits.
+    board's smaller side; words: for people, with the holder that fits.
     """
 
     size_mm: Pair
@@ -33,7 +32,6 @@ class BadgeFormat:
     range_m: Pair
     margin_mm: float
     marker_mm: float | None
-    corner_mm: float
     words: str
 
 
@@ -41,16 +39,16 @@ class BadgeFormat:
 #: 19 px or more at the far end in 1080p.  Ranges are those of a verdict by eight seconds of swaying
 #: (`reach.verdict_reach_m`); only the board, as the one that was first, states how far it is read.
 FORMATS = {
-    "cr80": BadgeFormat((85.6, 54.0), "75lpi-18mil", (0.3, 0.6), 3.0, 8.5, 3.18, "a card holder"),
-    "a7": BadgeFormat((105.0, 74.0), "75lpi-18mil", (0.3, 0.75), 4.0, 11.0, 3.0, "an A7 pouch"),
-    "4x3in": BadgeFormat((101.6, 76.2), "75lpi-18mil", (0.3, 0.75), 4.0, 11.0, 3.0, "a pouch of 4 x 3 inches"),
-    "a6": BadgeFormat((148.0, 105.0), DEFAULT_LENS, (0.4, 1.05), 5.0, 15.0, 4.0, "an A6 pouch"),
-    "a5": BadgeFormat((210.0, 148.0), DEFAULT_LENS, (0.6, 1.5), 6.0, 20.0, 4.0, "an A5 pouch, or a sign on a desk"),
+    "cr80": BadgeFormat((85.6, 54.0), "75lpi-18mil", (0.3, 0.6), 3.0, 8.5, "a card holder"),
+    "a7": BadgeFormat((105.0, 74.0), "75lpi-18mil", (0.3, 0.75), 4.0, 11.0, "an A7 pouch"),
+    "4x3in": BadgeFormat((101.6, 76.2), "75lpi-18mil", (0.3, 0.75), 4.0, 11.0, "a pouch of 4 x 3 inches"),
+    "a6": BadgeFormat((148.0, 105.0), DEFAULT_LENS, (0.4, 1.05), 5.0, 15.0, "an A6 pouch"),
+    "a5": BadgeFormat((210.0, 148.0), DEFAULT_LENS, (0.6, 1.5), 6.0, 20.0, "an A5 pouch, or a sign on a desk"),
     # For a laptop's camera of 720p, which has two thirds of the pixels that designs count on: all must suffice for
     # half as far again, and such cameras are soft and slow: markers of 14 px are lost there, of 22 px followed.
-    "webcam": BadgeFormat((150.0, 120.0), DEFAULT_LENS, (0.4, 0.9), 4.0, 22.0, 4.0, "a hand or a stand, for calls"),
+    "webcam": BadgeFormat((150.0, 120.0), DEFAULT_LENS, (0.4, 0.9), 4.0, 22.0, "a hand or a stand, for calls"),
     "board": BadgeFormat(
-        (146.0, 160.0), DEFAULT_LENS, (0.8, 2.5), MARGIN_MM, None, 0.0, "a board of its own, for cameras farther away"
+        (146.0, 160.0), DEFAULT_LENS, (0.8, 2.5), MARGIN_MM, None, "a board of its own, for cameras farther away"
     ),
 }
 

@@ -113,15 +113,6 @@ def as_marker_mm(fiducial: Fiducial) -> float:
     return fiducial.line_mm * LINE_AS_MARKER if isinstance(fiducial, CodedFrame) else fiducial.size_mm
 
 
-def explain_fiducial(fiducial: Fiducial, far_px_per_mm: float) -> tuple[str, str]:
-    """The row of `explain` about it: what, and the figure with its unit."""
-    if isinstance(fiducial, CodedFrame):
-        what, size_mm = "frame's line", fiducial.line_mm
-    else:
-        what, size_mm = "marker", fiducial.size_mm
-    return f"{what}, far end", f"{far_px_per_mm * size_mm:.1f} pixels of {size_mm:g} mm"
-
-
 #: The level field is an "x" one, as its lines can be set on a printer's dots.
 AXES: tuple[Axis, ...] = ("x", 60.0, 120.0)
 #: Length over height of a field.  Six rows, of which three hold twelve cells each, carry a third of 64 bits; with this

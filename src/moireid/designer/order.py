@@ -43,7 +43,7 @@ BOUNDS: dict[str, Bounds] = {
     "pattern": ("silk", "cells"),
     "head": (0, 1),
     "foot": (0, 1),
-    "mount": ("lanyard", "clip", "stand", "holder", "none"),
+    "mount": ("lanyard", "clip", "stand", "none"),
 }
 
 
@@ -111,7 +111,7 @@ class Order:
         The template's accent colour, as "#134e8c" or "teal".
     payload : str or bytes, optional
         The identity, in hex digits or as bytes; None for one that is drawn at random.
-    mount : {"lanyard", "clip", "stand", "holder", "none"}, optional
+    mount : {"lanyard", "clip", "stand", "none"}, optional
         What holds the badge; None for a lanyard, or what fits the format instead.
     mount_mm : mapping of str to float or (float, float)
         Dimensions of the mount, mm, by name, such as {"card_mm": 0.5}.

@@ -47,6 +47,8 @@ SUMMARY, SHEETS = "summary.csv", "badges.pdf"
 #: Of all people, without the mount's.
 OWN_FILES = (SHEETS, ASSEMBLY, SUMMARY, LOOKS)
 _MOST_LETTERS = 40
+#: Latin letters that Unicode does not take apart into one of a to z and a mark.
+_LATIN = str.maketrans({"þ": "th", "ð": "d", "đ": "d", "ł": "l", "ø": "o", "æ": "ae", "œ": "oe", "ß": "ss", "ħ": "h"})
 #: Starting another process takes as long as some badges.
 LEAST_SHARED = 12
 
@@ -239,7 +241,7 @@ def _shared(
 
 def folder_name(number: int, badge: Badge, digits: int = 3) -> str:
     """A folder's name that sorts as the list does and that every file system takes: 007-ada-lovelace."""
-    plain = unicodedata.normalize("NFKD", badge.name).encode("ascii", "ignore").decode().lower()
+    plain = unicodedata.normalize("NFKD", badge.name.lower().translate(_LATIN)).encode("ascii", "ignore").decode()
     letters = re.sub(r"[^a-z0-9]+", "-", plain).strip("-")[:_MOST_LETTERS].strip("-")
     return f"{number:0{digits}d}-{letters or badge.id}"
 

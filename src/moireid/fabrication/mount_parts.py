@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from moireid.fabrication.solid_parts import SolidPart
 
 #: Kinds of the printed mount, as `printed.mount.SLOTS`; or none.
-MOUNTS = ("lanyard", "clip", "stand", "holder", "none")
+MOUNTS = ("lanyard", "clip", "stand", "none")
 GLB_FILE = "mount.glb"
 #: Patterns of the files that a badge's folder has only with some mounts.
 PART_FILES = ("mount.step", "mount*.stl", "mount.3mf", "acrylic*.dxf", "acrylic*.svg", "acrylic.step", GLB_FILE)

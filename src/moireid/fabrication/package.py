@@ -19,7 +19,7 @@ from moireid.fabrication.assembly.guide import write_assembly_pdf
 from moireid.fabrication.assembly.moving_looks import write_looks
 from moireid.fabrication.mount_parts import PART_FILES, Parts, plan_parts, shape_parts, write_parts
 from moireid.fabrication.page.pdf import write_badge_pdf
-from moireid.fabrication.page.preview import write_preview, write_worn
+from moireid.fabrication.page.preview import write_moving_board, write_preview
 from moireid.fabrication.process_figures import MountFigures
 from moireid.files import AnyPath, as_path, move_together, planned, tidy_folders, write_text
 
@@ -211,7 +211,7 @@ def write_sheets(
     say("preview.png")
     preview = write_preview(badge, folder / "preview.png")
     say(MOVING)
-    write_worn(badge, folder / MOVING, preview)
+    write_moving_board(badge, folder / MOVING, preview)
     write_text(folder / BADGE_JSON, badge_file(badge))
     return preview
 

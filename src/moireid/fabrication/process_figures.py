@@ -39,8 +39,6 @@ PRINTER_BOUNDS: dict[str, Bounds] = _SHARED | {
     "slot_mm": (0.01, 60.0),
     "seat_mm": (0.01, 1.0),
     "stand_deg": (5.0, 40.0),
-    "snap_clearance_mm": (0.01, 1.0),
-    "bite_mm": (0.01, 3.0),
 }
 LASER_BOUNDS: dict[str, Bounds] = _SHARED | {
     "kerf_mm": (0.0, 1.0),
@@ -66,8 +64,7 @@ class MountProcess:
     room between sheet and lip, at the board's edge; preload_mm: how far the springs' pads reach above that room,
     so that they press card and sheet on the lips; slot_mm: lanyard slots, width and height, narrowed on a narrow board;
     seat_mm: how far a printed register edge may be off its place; adhesive_mm: between page and lens sheet, 0 where the
-    mount alone holds them together; stand_deg: how far a stand leans the badge back, degrees; snap_clearance_mm: air on
-    each side of a badge in a snap-in holder; bite_mm: how far its catches come over the badge's edge.
+    mount alone holds them together; stand_deg: how far a stand leans the badge back, degrees.
     """
 
     clearance_mm: float = 0.3
@@ -83,8 +80,6 @@ class MountProcess:
     seat_mm: float = 0.05
     adhesive_mm: float = 0.0
     stand_deg: float = 12.0
-    snap_clearance_mm: float = 0.2
-    bite_mm: float = 0.55
 
     def __post_init__(self) -> None:
         check_values(type(self), vars(self), PRINTER_BOUNDS)

@@ -73,7 +73,7 @@ def mount_solids(badge: Badge, mount: str = "lanyard", figures: MountFigures | N
     badge : Badge
         What the mount holds.
     mount : str
-        A kind of the printed mount, "lanyard", "clip", "stand" or "holder"; or "acrylic" for the stack to laser-cut,
+        A kind of the printed mount, "lanyard", "clip" or "stand"; or "acrylic" for the stack to laser-cut,
         with its screws.
     figures : MountFigures, optional
         Of printer and laser; None for the defaults.
@@ -115,20 +115,15 @@ def printed_parts(
 
     A tray's springs press page and sheet on its lips.  Their pads, which would reach into the page, are cut off at it.
     """
-    from moireid.fabrication.printed.tray import TrayPlan
-
     half_x, half_y = half_board_mm(badge)
-    pressed = isinstance(plan[0], TrayPlan)
-    low = process.depth_clearance_mm if pressed else 0.0
+    low = process.depth_clearance_mm
     card_top = low + process.card_mm
     sheet_top = card_top + process.adhesive_mm + front_mm(badge, process.film_mm)
     page = box((-half_x, -half_y, half_x, half_y), low, card_top)
-    carrier, *others = bodies
-    carrying = carrier.used - page if pressed else carrier.used
-    parts = [_part(carrier.name, carrying), *(_part(body.name, body.used) for body in others)]
-    parts.append(_part("page", page, carrier.name))
-    below = ("page",) if process.adhesive_mm == 0 else ()
-    held = (*below, carrier.name) if pressed else below
+    tray, *others = bodies
+    parts = [_part(tray.name, tray.used - page), *(_part(body.name, body.used) for body in others)]
+    parts.append(_part("page", page, tray.name))
+    held = ("page", tray.name) if process.adhesive_mm == 0 else (tray.name,)
     return (*parts, *_sheets(sheet_rects(badge), card_top + process.adhesive_mm, sheet_top, held))
 
 

@@ -14,7 +14,7 @@ from msgspec import Meta
 
 from moireid.errors import MediaError
 from moireid.json_schema import report_schema, schema_fault
-from moireid.provenance import Exclusion
+from moireid.provenance import Revocation
 from moireid.verifier.report.report_page import Pictures
 
 if TYPE_CHECKING:
@@ -77,7 +77,7 @@ def checked(value: object, model: type[Model], film: object) -> Model:
         raise malformed(film, str(error)[:200]) from error
 
 
-def checked_report(report: dict[str, Any], film: object, barred: Exclusion | None) -> None:
+def checked_report(report: dict[str, Any], film: object, barred: Revocation | None) -> None:
     """Raise MediaError where a report breaks a rule of its schema, or accepts a badge that does not count."""
     # Who has receipts of live checks adds them afterwards; they are no finding of the film.
     report.pop("live_checks", None)

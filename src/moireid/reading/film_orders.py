@@ -28,8 +28,6 @@ def judge_film(
     send: Send, ask: Ask, progress: Progress, *, film: Path, question: Question, pictures: bool = False
 ) -> None:
     """Send the report on a film, as `verifier.verify` makes it; then, if asked for, the pictures of its page."""
-    from moireid.verifier.report.report_page import pictures_of
-
     if question.published:
         report = published_method().verify_published(film, question, progress=progress)
     else:
@@ -38,6 +36,8 @@ def judge_film(
         report = verify(film, question, progress=progress)
     send({"result": report.to_json()})
     if pictures:
+        from moireid.verifier.report.report_page import pictures_of
+
         send({"pictures": msgspec.to_builtins(pictures_of(report))})
 
 

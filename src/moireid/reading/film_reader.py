@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 from moireid import errors
 from moireid.errors import MediaError, MoireIdError
@@ -26,8 +26,9 @@ from moireid.sandbox.file_access import Reach, reach
 from moireid.sandbox.process import Child, ForkServer, ProcessEnd, start
 from moireid.sandbox.seal import ProcessLimits
 
-WORK = "moireid.reading.film_work:read"
-#: Memory that a film may take, and four times the film's size; with 900 MiB a short one of 8K passes, of 700 MB.  Large
+#: The work, after what it loads of packages only when it needs it: a sealed process cannot keep what Python compiles.
+WORK = "av,numpy.fft,numpy.ma,numpy.random,moireid.reading.film_work:read"
+#: Memory that a film may take, and four times the film's size; with 900 MiB a short one of 4K passes.  Large
 #: pictures come in large files, so a small file cannot ask for much.
 MEMORY_BYTES, MEMORY_TIMES, MOST_MEMORY_BYTES = 900 << 20, 4, 4 << 30
 #: Memory that libraries reserve for each processor, as stacks of threads; little of it is used.
@@ -36,7 +37,7 @@ PROCESSOR_BYTES = 16 << 20
 #: no more frames are drawn, as chapters are not longer.  A report has 0.15 kB for each 4 s of film, 3.3 MB for a day.
 #: As Python objects an answer takes up to thirty times as much.
 ANSWER_BYTES = 8 << 20
-#: Largest file that a process with a folder may write there: a capture record.
+#: Largest file that a process with a folder may write there: as-built figures or a profile.
 WRITTEN_BYTES = 64 << 20
 #: What a process may answer, each a JSON object: other values would take up to thirty times their size in memory.
 ANSWERS = {"result", "pictures"}
@@ -64,49 +65,25 @@ def limits_of(films: Sequence[Path], *, written_bytes: int = 0) -> tuple[Process
     return limits, seconds
 
 
-class Reader(Protocol):
-    """What reads films."""
+class Reader:
+    """Reads the films of one order: by a process; without one in this process, without a seal or limits."""
+
+    def __init__(self, child: Child | None = None, films: Sequence[Path] = (), seconds: float = 0.0) -> None:
+        self._child, self._films, self._seconds = child, films, seconds
 
     @property
     def sealed(self) -> tuple[str, ...]:
-        """The parts of the seal that hold, as in `sandbox.seal.MEANS`."""
+        """The parts of the seal that hold, as in `sandbox.seal.MEANS`; reported before the process had its order."""
+        return (self._child.sealed or ()) if self._child is not None else ()
 
     def read(
         self, order: Order, progress: Callable[[int, int | None], None], answer: Answer | None = None
     ) -> dict[str, Any]:
         """What an order finds; answer: to the questions of the process.  Raises: MoireIdError."""
-
-
-class OwnReader:
-    """Reads films in this process, without a seal or limits."""
-
-    sealed: tuple[str, ...] = ()
-
-    def read(
-        self, order: Order, progress: Callable[[int, int | None], None], answer: Answer | None = None
-    ) -> dict[str, Any]:
-        """What an order finds."""
         found: dict[str, Any] = {}
-        order(found.update, answer or (lambda question: None), progress)
-        return found
-
-
-class SealedReader:
-    """A process that reads the films of one order."""
-
-    def __init__(self, child: Child, films: Sequence[Path], seconds: float) -> None:
-        self._child, self._films, self._seconds = child, films, seconds
-
-    @property
-    def sealed(self) -> tuple[str, ...]:
-        """As the process reported before it was sent its order."""
-        return self._child.sealed or ()
-
-    def read(
-        self, order: Order, progress: Callable[[int, int | None], None], answer: Answer | None = None
-    ) -> dict[str, Any]:
-        """What an order finds."""
-        found: dict[str, Any] = {}
+        if self._child is None:
+            order(found.update, answer or (lambda question: None), progress)
+            return found
         film = named(self._films)
 
         def handle(message: dict[str, Any]) -> Any:
@@ -168,12 +145,12 @@ def film_reader(films: Sequence[Path], *, unsealed: bool = False, folder: Path |
     Parameters: unsealed: in this process; folder: in which it may write files, each of `WRITTEN_BYTES` at most.
     """
     if unsealed or os.name == "nt":
-        yield OwnReader()
+        yield Reader()
         return
     limits, seconds = limits_of(films, written_bytes=0 if folder is None else WRITTEN_BYTES)
     child = _process(limits, reach(read=films, write=() if folder is None else [folder]))
     try:
-        yield SealedReader(child, films, seconds)
+        yield Reader(child, films, seconds)
     finally:
         child.kill()
 

@@ -21,10 +21,8 @@ store.py        the Registry: enroll, and calls to the other modules
 queries.py      the Registry's methods that only read: find, list, search, the log's entries
 changes.py      the Registry's methods that change a badge after its issue, or erase a person or an actor
 public_view.py  the Registry's methods for outsiders: standing, checkpoints, bundles
-batch.py        many badges at once
 opening.py      makes the tables, and checks them
-export_file.py  the export, a JSON file with records, log and public key: written, and read in little memory
-merge.py        import: checks an export and merges it into a registry
+transfer.py     export: a checked copy in a file; import: checks such a file and merges it into a registry
 audit.py        checks the whole log and all records; lists what an audit cannot find
 audit_findings.py  what it finds, and its counts
 checkpoints/    signed checkpoints that others keep, and signatures of witnesses on them
@@ -33,21 +31,17 @@ bundle/         what a verifier needs, in one signed file
 
 from moireid.provenance import BadgeHolder
 from moireid.registry.audit_findings import Audit, Finding
-from moireid.registry.batch import Batch
 from moireid.registry.claimed import People, claimed, claimed_by_file, holder_of, people_of
 from moireid.registry.engine import default_url
-from moireid.registry.look_alikes import LookAlikeWarning
-from moireid.registry.merge import Import
 from moireid.registry.record import Record
 from moireid.registry.store import Registry, import_registry, open_registry
+from moireid.registry.transfer import Import
 
 __all__ = [
     "Audit",
     "BadgeHolder",
-    "Batch",
     "Finding",
     "Import",
-    "LookAlikeWarning",
     "People",
     "Record",
     "Registry",

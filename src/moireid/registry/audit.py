@@ -29,7 +29,8 @@ from sqlalchemy import Connection, exists, func, select
 from moireid.errors import RegistryError
 from moireid.registry.audit_findings import Audit, Tally
 from moireid.registry.checkpoints.checkpoint import Checkpoint
-from moireid.registry.checkpoints.cosignature import Quorum
+from moireid.registry.checkpoints.cosignature import signers
+from moireid.registry.checkpoints.note import VerifierKey
 from moireid.registry.engine import AnyRow, AnySelect
 from moireid.registry.ledger import Ledger
 from moireid.registry.log import (
@@ -53,7 +54,7 @@ def audit(
     ledger: Ledger,
     progress: Callable[[int, int | None], None] | None = None,
     since: Sequence[Checkpoint] = (),
-    quorum: Quorum | None = None,
+    witnesses: Sequence[VerifierKey] = (),
 ) -> Audit:
     """What `Registry.audit` does."""
     with ledger.unchecked().snapshot() as connection:
@@ -66,7 +67,7 @@ def audit(
     tally = Tally(progress, sum(ledger.rows(select(*counts))[0]))
     if refused is not None:
         tally.report(str(refused["code"]), str(refused["finding"]))
-    witnessed = None if quorum is None else _audit_witnesses(since, quorum, tally)
+    witnessed = _audit_witnesses(since, witnesses, tally) if witnesses else None
     for one in since:
         if one not in kept:
             text = (
@@ -103,18 +104,19 @@ def _refused(ledger: Ledger) -> dict[str, object] | None:
     return None
 
 
-def _audit_witnesses(since: Sequence[Checkpoint], quorum: Quorum, tally: Tally) -> dict[str, Any] | None:
-    """The newest of the checkpoints that enough witnesses signed; a finding if there is none."""
-    refusals = [f"{quorum.needed} witnesses must have signed a checkpoint, and none is given"]
+def _audit_witnesses(
+    since: Sequence[Checkpoint], witnesses: Sequence[VerifierKey], tally: Tally
+) -> dict[str, Any] | None:
+    """The newest of the checkpoints that all witnesses signed; a finding if there is none."""
+    refusal = "witnesses must have signed a checkpoint, and none is given"
     for one in sorted(since, key=lambda one: -one.size):
         try:
-            signers = quorum.signers(one.note, f"of {one.date}")
+            times = signers(witnesses, one.note, f"of {one.date}")
         except RegistryError as error:
-            refusals.append(str(error).partition(";")[0])
+            refusal = str(error).partition(";")[0]
         else:
-            times = {name: f"{at:%Y-%m-%dT%H:%M:%SZ}" for name, at in signers.items()}
-            return {"size": one.size, "signers": times, "needed": quorum.needed, "named": len(quorum.witnesses)}
-    tally.report("not_witnessed", refusals[-1])
+            return {"size": one.size, "signers": {name: f"{at:%Y-%m-%dT%H:%M:%SZ}" for name, at in times.items()}}
+    tally.report("not_witnessed", refusal)
     return None
 
 

@@ -59,8 +59,8 @@ class Audit:
     found : int
         Number of faults.
     witnessed : mapping or None
-        Of the newest checkpoint that the witnesses signed: `size`, `signers`, name to time, `needed` of them and how
-        many are `named`; None if none was asked for.
+        Of the newest checkpoint that the witnesses signed: `size`, and `signers`, name to time; None if none was asked
+        for.
 
     Notes
     -----

@@ -13,9 +13,8 @@ from functools import partial
 from moireid.asbuilt import as_built_from_json, dated_figures
 from moireid.badge import Badge
 from moireid.errors import RegistryError
-from moireid.provenance import FROM_FILE, BadgeHolder, Exclusion, Provenance
+from moireid.provenance import FROM_FILE, BadgeHolder, Provenance, Revocation
 from moireid.question import Question
-from moireid.registry.claims import chosen_line
 from moireid.registry.record import Record
 from moireid.registry.store import Registry
 
@@ -33,7 +32,7 @@ def claimed(registry: Registry, claim: str) -> Question:
     registry : Registry
         An open registry.
     claim : str
-        A name, matched exactly after Unicode NFC, "NAME, LINE" with the line below it, or an id in hex digits.
+        A name, matched exactly after Unicode NFC, or an id in hex digits.
 
     Returns
     -------
@@ -54,9 +53,7 @@ def claimed(registry: Registry, claim: str) -> Question:
             raise RegistryError(text, **error.details | {"alike": alike}) from error
         raise
     registry.check_newest(record)
-    line = chosen_line(claim, record.name, record.id, record.line)
-    others = 0 if line is None else registry.count(record.name) - 1
-    return _of_record(record, Provenance("registry", alike=_alike(registry, record.name), line=line, others=others))
+    return _of_record(record, Provenance("registry", alike=_alike(registry, record.name)))
 
 
 def claimed_by_file(registry: Registry, badge: Badge) -> Question:
@@ -82,7 +79,7 @@ def claimed_by_file(registry: Registry, badge: Badge) -> Question:
     record = registry.by_id(badge.id) if badge.id else None
     if record is None:
         gone = registry.erased_at(badge.id) if badge.id else None
-        barred = None if gone is None else Exclusion("revoked", gone, ERASED)
+        barred = None if gone is None else Revocation(gone, ERASED)
         return Question(badge, badge.id, barred=barred, provenance=FROM_FILE)
     registry.check_newest(record)
     name = unicodedata.normalize("NFC", badge.name).strip()
@@ -134,7 +131,7 @@ def holder_of(registry: Registry, badge_id: object) -> BadgeHolder | None:
         registry.check_newest(record)
         return BadgeHolder(record.name, record.barred(), record.line)
     gone = registry.erased_at(badge_id)
-    return None if gone is None else BadgeHolder(SOMEBODY, Exclusion("revoked", gone, ERASED), erased=True)
+    return None if gone is None else BadgeHolder(SOMEBODY, Revocation(gone, ERASED), erased=True)
 
 
 def _alike(registry: Registry, name: str) -> tuple[str, ...]:

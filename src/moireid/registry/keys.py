@@ -30,7 +30,7 @@ from moireid.user_settings import data_folder, expanded
 
 KEYS_VARIABLE = "MOIREID_KEYS"
 
-RECORD = b"moireid registry record 1\n"
+RECORD = b"moireid registry record 2\n"
 ENTRY = b"moireid registry log entry 1\n"
 #: Precedes the text of an entry that is hashed.
 ENTRY_TEXT = b"moireid registry log entry 3\n"

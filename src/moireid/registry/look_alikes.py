@@ -10,23 +10,13 @@ The registry keeps both skeletons of each name in columns with an index.
 from __future__ import annotations
 
 import unicodedata
-from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from functools import cache
 
 from moireid.names import INVISIBLE
 
 #: The package sets one around what is written from right to left.
 MARK = "\u200e"
-
-
-class LookAlikeWarning(UserWarning):
-    """A name that is issued looks like that of another enrolled person.
-
-    Notes
-    -----
-    One of Python's own warnings: `warnings.filterwarnings("error", category=LookAlikeWarning)` makes errors of them.
-    """
 
 
 def skeleton(name: str) -> str:
@@ -41,13 +31,6 @@ def folded_skeleton(name: str) -> str:
     return skeleton(plain)
 
 
-def looks_like(one: str, other: str) -> bool:
-    """Whether two names, other than each other in Unicode NFC, look alike."""
-    if unicodedata.normalize("NFC", one) == unicodedata.normalize("NFC", other):
-        return False
-    return skeleton(one) == skeleton(other) or folded_skeleton(one) == folded_skeleton(other)
-
-
 def alike_within(names: Iterable[str]) -> list[tuple[str, str]]:
     """Pairs of names in a list that look alike: each name with the first one there that it looks like."""
     first: dict[str, str] = {}
@@ -60,25 +43,6 @@ def alike_within(names: Iterable[str]) -> list[tuple[str, str]]:
         for key in keys:
             first.setdefault(key, name)
     return pairs
-
-
-def by_line(people: Sequence[tuple[str, str | None]]) -> str:
-    """The end of a message that explains how to claim one of several people by their lines; empty if each line looks
-    like another one.
-
-    Parameters: people: name and line of each.
-    """
-    looks = [{(name, see(line or "")) for see in (skeleton, folded_skeleton)} for name, line in people]
-    seen = Counter(look for pair in looks for look in pair)
-    for (name, line), pair in zip(people, looks, strict=True):
-        if line and all(seen[look] == 1 for look in pair):
-            return f", or the name with the line below it, such as {f'{name}, {line}'[:140]!r}"
-    return ""
-
-
-def line_alike(line: str | None, others: Iterable[str | None]) -> bool:
-    """Whether a line below a name looks like one of the other lines, and is another."""
-    return line is not None and any(looks_like(line, other) for other in others if other is not None)
 
 
 @cache

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from datetime import datetime
 from pathlib import Path
 
 from moireid.badge import Badge
 from moireid.errors import RegistryError
 from moireid.provenance import Standing
-from moireid.registry.bundle.bundle_file import Header
 from moireid.registry.bundle.publish import Progress, publish
 from moireid.registry.checkpoints.checkpoint import ORIGIN, Checkpoint, sign_checkpoint
-from moireid.registry.checkpoints.cosignature import Quorum
-from moireid.registry.checkpoints.note import authority_key
+from moireid.registry.checkpoints.cosignature import signers
+from moireid.registry.checkpoints.note import VerifierKey, authority_key
 from moireid.registry.keys import as_fingerprint
 from moireid.registry.queries import RegistryQueries
 from moireid.registry.record import Record
@@ -99,41 +97,34 @@ class PublicView(RegistryQueries):
                 if (proof := tree.consistency(one.size, one.root)) is None:
                     raise RegistryError(
                         f"{ledger.called} does not begin as its checkpoint of {one.date} says, so nothing is signed; "
-                        "look with `moireid registry audit --since`"
+                        "audit the registry since that checkpoint"
                     )
                 proofs.append((one.size, proof))
             return sign_checkpoint(tree, signer), proofs
 
-    def require_witnesses(self, checkpoint: Checkpoint, quorum: Quorum, source: str = "") -> dict[str, datetime]:
+    def require_witnesses(self, witnesses: Sequence[VerifierKey], checkpoint: Checkpoint) -> None:
         """From now on rely only on badges that witnesses have seen, in this registry as it is open.
 
         Parameters
         ----------
+        witnesses : sequence of VerifierKey
+            All of them must have signed.
         checkpoint : Checkpoint
-            One of this registry that the witnesses signed.
-        quorum : Quorum
-            The witnesses, and how many must have signed.
-        source : str
-            Names the checkpoint in messages.
-
-        Returns
-        -------
-        dict of str to datetime
-            Which of them signed it, and when, the newest first.
+            One of this registry.
 
         Raises
         ------
         RegistryError
-            If the checkpoint is another registry's, too few witnesses signed it, or the log does not begin as it says;
+            If the checkpoint is another registry's, a witness did not sign it, or the log does not begin as it says;
             `error.details["code"]` says which.  From then on, `check_newest` raises it, with code "not_witnessed", for
             a badge that counts and whose newest entry is later than the checkpoint.
 
         Notes
         -----
         What the log holds after the checkpoint may be shown to one reader alone, so no record is relied on whose newest
-        entry is later.  How long a state from before a revocation can be shown is limited by `Quorum.days`.
+        entry is later.  How long a state from before a revocation can be shown is limited by `cosignature.DAYS`.
         """
-        ledger, source = self._ledger, source or f"of {checkpoint.date}"
+        ledger, source = self._ledger, f"of {checkpoint.date}"
         with ledger.snapshot() as connection:
             if checkpoint.fingerprint != ledger.authority.fingerprint:
                 raise RegistryError(
@@ -142,7 +133,8 @@ class PublicView(RegistryQueries):
                     code="key_replaced",
                 )
             checkpoint.check(ledger.authority, source)
-            signers, tree = quorum.signers(checkpoint.note, source), ledger.tree_in(connection)
+            signers(witnesses, checkpoint.note, source)
+            tree = ledger.tree_in(connection)
             goes_on = tree.consistency(checkpoint.size, checkpoint.root) is not None
         if tree.size < checkpoint.size:
             raise RegistryError(
@@ -153,11 +145,10 @@ class PublicView(RegistryQueries):
         if not goes_on:
             raise RegistryError(
                 f"{ledger.called} does not begin with the {checkpoint.size} log entries that witnesses have seen: it "
-                "was forked; ask those who run it, and look with `moireid registry audit --since`",
+                "was forked; ask those who run it, and audit it since that checkpoint",
                 code="forked",
             )
         ledger.witnessed = checkpoint.head
-        return signers
 
     def publish(
         self,
@@ -168,7 +159,7 @@ class PublicView(RegistryQueries):
         overwrite: bool = False,
         progress: Progress | None = None,
         checkpoint: Checkpoint | None = None,
-    ) -> Header:
+    ) -> tuple[int, str]:
         """Write a trust bundle, whole or not at all.
 
         Parameters
@@ -189,8 +180,8 @@ class PublicView(RegistryQueries):
 
         Returns
         -------
-        Header
-            How many people it holds, of which head, and until when it counts.
+        tuple of int and str
+            How many people it holds, and until when it counts.
 
         Raises
         ------

@@ -69,8 +69,7 @@ class RegistryQueries:
         Parameters
         ----------
         claim : str
-            A name, matched exactly after Unicode NFC, "NAME, LINE" with the line below it, or an id in hex digits of
-            any case.
+            A name, matched exactly after Unicode NFC, or an id in hex digits of any case.
 
         Returns
         -------
@@ -300,21 +299,15 @@ class RegistryQueries:
         """
         return [self._ledger.record(row).badge for row in self._ledger.rows(select_layouts())]
 
-    def count(self, name: str | None = None) -> int:
+    def count(self) -> int:
         """Count the records.
-
-        Parameters
-        ----------
-        name : str, optional
-            Only those of this very name, in Unicode NFC.
 
         Returns
         -------
         int
             Revoked ones too.
         """
-        query = select(func.count()).select_from(badges)
-        return int(self._ledger.rows(query if name is None else query.where(badges.c.name_nfc == name))[0][0])
+        return int(self._ledger.rows(select(func.count()).select_from(badges))[0][0])
 
 
 def _by(look: Callable[[str], str], names: Iterable[str]) -> dict[str, list[str]]:

@@ -16,75 +16,25 @@ from moireid.arguments import checked
 from moireid.badge import Badge, badge_from_json
 from moireid.errors import RegistryError, SpecError
 from moireid.names import MOST_LINES, hidden_words, line_fault, line_of
-from moireid.provenance import Exclusion
-from moireid.registry.canonical import canonical_json, pack, sha256_hex, unpack, utc_now
+from moireid.provenance import Revocation
+from moireid.registry.canonical import canonical_json, pack, sha256_hex, unpack
 from moireid.registry.engine import AnyRow
 from moireid.registry.keys import RECORD, Authority, Signer
 from moireid.registry.look_alikes import folded_skeleton, skeleton
 
-REVOKED, SUSPENDED = ("revoked_at", "revoked_reason"), ("suspended_at", "suspended_reason")
 #: Documents that are signed by their SHA-256, and stored packed.
 DOCUMENTS = ("as_built", "as_built_earlier")
 #: Fields that are stored and signed as they are.
 PLAIN = (
     *("id", "issued_at", "layout_key", "as_built_at", "as_built_reason", "salt"),
-    *(*REVOKED, "compromised_since", *SUSPENDED, "expires"),
+    *("revoked_at", "revoked_reason"),
 )
 #: Fields that lists show.
-SHOWN = ("id", "name", "line", "issued_at", *REVOKED, "compromised_since", *SUSPENDED, "expires")
-
-
-@dataclass(frozen=True, kw_only=True)
-class BadgeState:
-    """Whether an issued badge counts, as a record or a bundle states it.
-
-    Attributes
-    ----------
-    revoked_at, revoked_reason : str or None
-        When and why it was revoked; None if it was not.
-    suspended_at, suspended_reason : str or None
-        When and why it was suspended; None if it is not.
-    expires : str or None
-        The last day on which it counts, ISO 8601, such as 2026-05-03; None if it does not expire.
-    compromised_since : str or None
-        Of a revoked one the day from which its films count for nothing; None if no day was given.
-    """
-
-    revoked_at: str | None = None
-    revoked_reason: str | None = None
-    suspended_at: str | None = None
-    suspended_reason: str | None = None
-    expires: str | None = None
-    compromised_since: str | None = None
-
-    def barred(self, today: str | None = None) -> Exclusion | None:
-        """Give the reason why the badge does not count.
-
-        Parameters
-        ----------
-        today : str, optional
-            A day, ISO 8601; None for the present one in UTC.
-
-        Returns
-        -------
-        Exclusion or None
-            The gravest reason; None if it counts.
-
-        Notes
-        -----
-        An expired badge proves nothing whenever its film was made: a film's own date can be forged.
-        """
-        if self.revoked_at is not None:
-            return Exclusion("revoked", self.revoked_at, self.revoked_reason or "", self.compromised_since)
-        if self.suspended_at is not None:
-            return Exclusion("suspended", self.suspended_at, self.suspended_reason or "")
-        if self.expires is not None and self.expires < (today or utc_now()[:10]):
-            return Exclusion("expired", self.expires, self.expires)
-        return None
+SHOWN = ("id", "name", "line", "issued_at", "revoked_at", "revoked_reason")
 
 
 @dataclass(frozen=True)
-class Record(BadgeState):
+class Record:
     """One issued badge, as the authority signed it.
 
     Attributes
@@ -111,6 +61,8 @@ class Record(BadgeState):
     salt : str or None
         Random hex digits: without them no one can test a name against the log's hash of the record.  None before it
         is signed.
+    revoked_at, revoked_reason : str or None
+        When and why it was revoked; None if it was not.
 
     Notes
     -----
@@ -127,11 +79,16 @@ class Record(BadgeState):
     as_built_reason: str | None = None
     as_built_earlier: str | None = None
     salt: str | None = None
+    revoked_at: str | None = None
+    revoked_reason: str | None = None
+
+    def barred(self) -> Revocation | None:
+        """Why the badge does not count; None if it does."""
+        return None if self.revoked_at is None else Revocation(self.revoked_at, self.revoked_reason or "")
 
     def __repr__(self) -> str:
         """Short, without the badge's JSON, and without the salt, which is not for a log."""
-        barred = self.barred()
-        state = [barred.code] if barred is not None else []
+        state = ["revoked"] if self.revoked_at is not None else []
         measured = [f"measured {self.as_built_at[:10]}"] if self.as_built_at else []
         words = ", ".join([f"issued {self.issued_at[:10]}", *measured, *state])
         return f"Record({self.name!r}, id={self.id!r}, {words})"
@@ -185,7 +142,7 @@ class Record(BadgeState):
         Returns
         -------
         dict
-            Id, name, the line below it, and the times of issue, revocation, suspension and expiry.
+            Id, name, the line below it, and the times of issue and revocation.
         """
         return {name: getattr(self, name) for name in SHOWN}
 
@@ -272,10 +229,8 @@ def tampered(shown: str, fault: Fault) -> RegistryError:
 
 
 @checked()
-def new_record(badge: Badge, shown: str, issued_at: str, expires: str | None = None) -> Record:
+def new_record(badge: Badge, shown: str, issued_at: str) -> Record:
     """The record of a badge that is about to be issued, its JSON as it will be read back.
-
-    Parameters: expires: the last day on which it counts, as `changes.expiry_day` gives it.
 
     Raises: RegistryError if the badge has no id, or text that cannot be claimed or stored; SpecError if it breaks its
         own schema.
@@ -285,7 +240,7 @@ def new_record(badge: Badge, shown: str, issued_at: str, expires: str | None = N
     read_back = badge_from_json(badge.to_json(), source=f"the badge of {name[:80]!r}")
     text = storable_json(json.loads(read_back.to_json()), f"the badge of {name[:80]!r}", "print it anew")
     assert read_back.id is not None
-    return Record(read_back.id, name, text, issued_at, read_back.layout_key(), expires=expires)
+    return Record(read_back.id, name, text, issued_at, read_back.layout_key())
 
 
 def storable_json(document: object, what: str, remedy: str) -> str:

@@ -117,8 +117,8 @@ def _other_key(log: LogState, wanted: str, *, pinned: bool) -> RegistryError:
     else:
         reason = "the one seen here before"
         remedy = (
-            f"if its makers confirm the new key, add --trust {log.fingerprint} to `moireid verify`, or give `moireid "
-            f"registry forget {wanted}`"
+            f"if its makers confirm the new key, verify with trust={log.fingerprint}, or give `moireid registry "
+            f"forget {wanted}`"
         )
     return log.refusal(
         "key_replaced",

@@ -32,7 +32,7 @@ from sqlalchemy import (
 
 from moireid.registry.engine import AnyRow, AnySelect
 
-SCHEMA_VERSION = 7
+SCHEMA_VERSION = 8
 #: Rows fetched at a time when all are read.
 PAGE = 500
 
@@ -68,10 +68,6 @@ badges = Table(
     Column("as_built_reason", _text),
     Column("as_built_earlier", PackedBytes),
     Column("salt", _text),
-    Column("suspended_at", _text),
-    Column("suspended_reason", _text),
-    Column("expires", _text),
-    Column("compromised_since", _text),
     Column("skeleton", _text, nullable=False, server_default=""),
     Column("folded", _text, nullable=False, server_default=""),
     Column("signature", _text, nullable=False),

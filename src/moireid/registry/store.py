@@ -3,35 +3,30 @@
 It inherits its other methods from `queries.py`, `changes.py` and `public_view.py`.
 
 An issued badge is never changed: enrolling the very same badge again returns the existing record, revoked or not.
-What is added later, a revocation, a suspension or measured figures, is signed and logged like the issue itself.
+What is added later, a revocation or measured figures, is signed and logged like the issue itself.
 """
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable, Iterable, Sequence, Sized
 from pathlib import Path
 from types import TracebackType
 
 from moireid.badge import Badge
+from moireid.errors import RegistryError
 from moireid.registry.audit import audit
 from moireid.registry.audit_findings import Audit
-from moireid.registry.batch import Batch, enter, same_or_conflict
 from moireid.registry.canonical import utc_now
-from moireid.registry.changes import RegistryChanges, expiry_day
+from moireid.registry.changes import RegistryChanges
 from moireid.registry.checkpoints.checkpoint import Checkpoint
-from moireid.registry.checkpoints.cosignature import Quorum
+from moireid.registry.checkpoints.note import VerifierKey
 from moireid.registry.engine import chunks, default_url, read_url, sqlite_file
-from moireid.registry.export_file import export_json
 from moireid.registry.keys import account, checked_actor, key_path, keys_folder
-from moireid.registry.ledger import Ledger, open_ledger
-from moireid.registry.look_alikes import LookAlikeWarning
-from moireid.registry.merge import Import, checked_copy, merge, sign_anew
+from moireid.registry.ledger import Ledger, Transaction, open_ledger
 from moireid.registry.public_view import PublicView
 from moireid.registry.record import Record, new_record
-
-#: At most this many people whose names look alike are named in a warning.
-MOST_NAMED = 3
+from moireid.registry.schema import badges, select_records
+from moireid.registry.transfer import Import, checked_copy, export, merge, sign_anew
 
 Progress = Callable[[int, int | None], None]
 
@@ -159,17 +154,13 @@ class Registry(RegistryChanges, PublicView):
         """
         return str(self._ledger.head())
 
-    def enroll(self, badge: Badge, *, warned: bool = False, expires: str | None = None) -> Record:
+    def enroll(self, badge: Badge) -> Record:
         """Issue a badge.
 
         Parameters
         ----------
         badge : Badge
             With an id and a name.
-        warned : bool
-            Whether the user was warned already of people whose names look like this one; then no warning is given.
-        expires : str, optional
-            The last day on which it counts, in UTC, such as 2027-05-03; None: it does not expire.
 
         Returns
         -------
@@ -180,34 +171,17 @@ class Registry(RegistryChanges, PublicView):
         ------
         RegistryError
             If the badge has no id, or a name that cannot be claimed or holds invisible letters; if its id is issued
-            already to another name, with another badge or another day of expiry, or was an erased person's.
+            already to another name or with another badge, or was an erased person's.
         SpecError
-            If the badge breaks its own schema, or `expires` is no day, or is in the past.
+            If the badge breaks its own schema.
 
-        Warns
+        Notes
         -----
-        LookAlikeWarning
-            If the name looks like that of another enrolled person.
+        `look_alikes` finds people whose names look like this one.
         """
-        last_day = None if expires is None else expiry_day(expires)
-        record = new_record(badge, self.shown_url, utc_now(), last_day)
-        holder = self.by_id(record.id)
-        if holder is not None:
-            return same_or_conflict(record, holder)
-        self._ledger.signer()
-        # Looked up again under the write lock: else two processes could find the id free at once.
-        entered, held = enter(self._ledger, [record], self.actor)
-        self._warn([one.name for one in entered], warned=warned)
-        return [*entered, *held][0]
+        return self.enroll_many([badge])[0]
 
-    def enroll_many(
-        self,
-        issued: Iterable[Badge],
-        progress: Progress | None = None,
-        *,
-        warned: bool = False,
-        expires: str | None = None,
-    ) -> Batch:
+    def enroll_many(self, issued: Iterable[Badge], progress: Progress | None = None) -> list[Record]:
         """Issue many badges, five hundred at a time.
 
         Parameters
@@ -216,15 +190,11 @@ class Registry(RegistryChanges, PublicView):
             A badge that is enrolled already stays as it is, so an interrupted batch can be run again.
         progress : callable, optional
             Called with badges done and in all, None if `issued` has no length.
-        warned : bool
-            As `enroll`.
-        expires : str, optional
-            As `enroll`, of all of them.
 
         Returns
         -------
-        Batch
-            How many are new, and how many were there.
+        list of Record
+            As `enroll`, in the order of the badges.
 
         Raises
         ------
@@ -232,41 +202,22 @@ class Registry(RegistryChanges, PublicView):
             As `enroll`, of the first badge that cannot be issued: none of its five hundred is, and those before are.
         SpecError
             As `enroll`.
-
-        Warns
-        -----
-        LookAlikeWarning
-            As `enroll`, once all are issued; of names in the list that look like each other, too.
         """
-        last_day = None if expires is None else expiry_day(expires)
         total = len(issued) if isinstance(issued, Sized) else None
-        enrolled = unchanged = revoked = 0
-        names: list[str] = []
-        try:
-            for some in chunks(issued):
-                records = [new_record(badge, self.shown_url, utc_now(), last_day) for badge in some]
-                new, there = enter(self._ledger, records, self.actor)
-                names += [one.name for one in new]
-                enrolled, unchanged = enrolled + len(new), unchanged + len(there)
-                revoked += sum(one.revoked_at is not None for one in there)
-                if progress:
-                    progress(enrolled + unchanged, total)
-        finally:
-            self._warn(names, warned=warned)
-        return Batch(enrolled, unchanged, revoked)
-
-    def _warn(self, names: Sequence[str], *, warned: bool) -> None:
-        """Warn the caller's caller of names that look like others here; warned: that was done already."""
-        for name, alike in ({} if warned else self.look_alikes(names)).items():
-            others = ", ".join(f"{one.name} ({one.id})" for one in alike[:MOST_NAMED])
-            text = f"the name {name!r} looks like {others}, who is enrolled, and is written in other letters or case"
-            warnings.warn(text, LookAlikeWarning, stacklevel=3)
+        done: list[Record] = []
+        for some in chunks(issued):
+            records = [new_record(badge, self.shown_url, utc_now()) for badge in some]
+            with self._ledger.writing(self.actor) as transaction:
+                done += _enter(transaction, records)
+            if progress:
+                progress(len(done), total)
+        return done
 
     def audit(
         self,
         progress: Progress | None = None,
         since: Sequence[Checkpoint] = (),
-        quorum: Quorum | None = None,
+        witnesses: Sequence[VerifierKey] = (),
     ) -> Audit:
         """Check the whole log and all records, and report every fault.
 
@@ -276,8 +227,8 @@ class Registry(RegistryChanges, PublicView):
             Called with entries and records done and in all.
         since : sequence of Checkpoint
             Checkpoints that others keep; the log must still begin as they say.
-        quorum : Quorum, optional
-            The witnesses that must have signed one of these checkpoints.
+        witnesses : sequence of VerifierKey
+            All of them must have signed one of these checkpoints.
 
         Returns
         -------
@@ -293,19 +244,19 @@ class Registry(RegistryChanges, PublicView):
         -----
         `moireid.registry.audit` lists what an audit cannot show.
         """
-        return audit(self._ledger, progress, since, quorum)
+        return audit(self._ledger, progress, since, witnesses)
 
-    def export_json(self, path: Path | str, *, overwrite: bool = False, progress: Progress | None = None) -> int:
-        """Write records, log and public key to a JSON file, whole or not at all.
+    def export(self, path: Path | str, *, overwrite: bool = False, progress: Progress | None = None) -> int:
+        """Copy records, log and public key to a file, whole or not at all: a registry of its own, without the key.
 
         Parameters
         ----------
         path : Path or str
-            The file.
+            The file, in SQLite's format.
         overwrite : bool
             Whether an older file may be replaced.
         progress : callable, optional
-            Called with records done and in all.
+            Called with entries and records checked and in all.
 
         Returns
         -------
@@ -319,38 +270,46 @@ class Registry(RegistryChanges, PublicView):
         SpecError
             If the file exists and `overwrite` is false, or cannot be written.
         """
-        return export_json(self._ledger, Path(path), overwrite=overwrite, progress=progress)
+        return export(self._ledger, Path(path), overwrite=overwrite, progress=progress)
 
-    def import_json(self, path: Path | str) -> Import:
-        """Take in what `export_json` wrote, all of it or nothing; the same again changes nothing.
 
-        Parameters
-        ----------
-        path : Path or str
-            The file.
+def _enter(transaction: Transaction, records: Sequence[Record]) -> list[Record]:
+    """Enter those records that are new, all of them or none; returns all of them as they are stored.
 
-        Returns
-        -------
-        Import
-            How many records are new, changed and unchanged.
+    Raises: RegistryError for the first that cannot be issued.
+    """
+    ids = [record.id for record in records]
+    held = {one.id: one for one in transaction.records(select_records().where(badges.c.id.in_(ids)))}
+    new: dict[str, Record] = {}
+    for record in records:
+        holder = held.get(record.id) or new.setdefault(record.id, record)
+        if holder is not record:
+            _check_same(record, holder)
+    held |= {one.id: one for one in transaction.enter(list(new.values()), "enroll")}
+    return [held[one] for one in ids]
 
-        Raises
-        ------
-        RegistryError
-            If the file is damaged or not sound, is another authority's and this registry is not empty, or contradicts
-            this registry; or if records must be signed and the private key is absent.
-        """
-        with checked_copy(Path(path)) as copy:
-            return merge(copy, self._ledger, self.actor)
+
+def _check_same(record: Record, holder: Record) -> None:
+    """Raise RegistryError unless both are of the very same badge."""
+    # Texts of one badge may differ if a whole number is written with or without its point.
+    if holder.badge_json != record.badge_json and holder.badge != record.badge:
+        other = "with another badge " if holder.name == record.name else ""
+        raise RegistryError(
+            f"id {record.id} is issued already to {holder.name!r} {other}({holder.issued_at}), so {record.name!r} "
+            "cannot have this badge; print one with another payload=",
+            id=record.id,
+            holder=holder.name,
+            issued_at=holder.issued_at,
+        )
 
 
 def import_registry(path: Path | str, url: str | None, *, actor: str | None = None, new_key: bool = False) -> Import:
-    """Take in an export as `Registry.import_json` does, and make the registry if it is absent.
+    """Take in an export, all of it or nothing, and make the registry if it is absent; the same again changes nothing.
 
     Parameters
     ----------
     path : Path or str
-        What `Registry.export_json` wrote.
+        What `Registry.export` wrote.
     url : str or None
         As `open_registry`.  A registry that is made has no key of its own.
     actor : str, optional
@@ -366,7 +325,9 @@ def import_registry(path: Path | str, url: str | None, *, actor: str | None = No
     Raises
     ------
     RegistryError
-        As `Registry.import_json` and `open_registry`; nothing is made if the file is at fault.
+        If the file is damaged or not sound, is another authority's and this registry is not empty, or contradicts
+        this registry; if records must be signed and the private key is absent; and as `open_registry`.  Nothing is made
+        if the file is at fault.
     """
     with (
         checked_copy(Path(path)) as copy,

@@ -39,7 +39,6 @@ if TYPE_CHECKING:
     from moireid.simulate.motion import Motion as Motion
     from moireid.simulate.motion import Poses as Poses
     from moireid.simulate.motion import motion_named as motion_named
-    from moireid.simulate.scene import Need as Need
     from moireid.simulate.scene import Scene as Scene
 
 HOMES = {
@@ -48,7 +47,6 @@ HOMES = {
     "DiscLight": "light",
     "FilmReport": "filming",
     "Motion": "motion",
-    "Need": "scene",
     "Poses": "motion",
     "Scene": "scene",
     "camera_named": "cameras",

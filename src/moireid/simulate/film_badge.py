@@ -12,10 +12,10 @@ from moireid.simulate.build import build_named, flawed
 from moireid.simulate.cameras import camera_named
 from moireid.simulate.effects.table import effect_named
 from moireid.simulate.filming import FilmReport, film
-from moireid.simulate.flaw_table import PARTS, read_flaw
+from moireid.simulate.flaw_table import read_flaw
 from moireid.simulate.light import light_named
 from moireid.simulate.motion import motion_named
-from moireid.simulate.scene import Need, Scene
+from moireid.simulate.scene import Scene
 from moireid.simulate.settings.wearing import load_print
 
 
@@ -23,7 +23,6 @@ from moireid.simulate.settings.wearing import load_print
     distance_m=(0.1, 100),
     frames=(2, 1_000_000),
     fps=(1, 1000),
-    leave_out=PARTS,
     error_rad=(1e-6, 1),
     seed=(0, 2**31 - 1),
 )
@@ -43,10 +42,8 @@ def simulate(
     light: str | None = None,
     effects: Sequence[str] = (),
     recipe: str | None = None,
-    leave_out: Sequence[str] = (),
     backend: str = "analytic",
     error_rad: float | None = None,
-    quick: bool = False,
     seed: int = 0,
     overwrite: bool = False,
     progress: Callable[[int, int], None] | None = None,
@@ -83,14 +80,10 @@ def simulate(
         What phones, calls and editors do to the film: NAME or NAME:STRENGTH.
     recipe : str, optional
         What a service makes of the film.
-    leave_out : sequence of str
-        What need not be seen: "background", "page", "shutter" or "glare".
     backend : {"analytic", "mitsuba"}
         The renderer.
     error_rad : float, optional
         Phase error that the renderer must meet, rad.
-    quick : bool
-        Whether to encode in a quarter of the time, into a larger file.
     seed : int
         Of all that chance decides.
     overwrite : bool
@@ -125,7 +118,6 @@ def simulate(
         flawed(build_named(build, seed), wished),
         camera_named(camera),
         light=light_named(light) if light else None,
-        need=Need(**dict.fromkeys(leave_out, False)),
         print_picture=load_print(as_path(badge)) if scene and not isinstance(badge, Badge) else None,
     )
     return film(
@@ -141,7 +133,6 @@ def simulate(
         recipe=recipe,
         backend=backend,
         error_rad=error_rad,
-        quick=quick,
         overwrite=overwrite,
         progress=progress,
     )

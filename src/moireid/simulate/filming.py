@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -117,7 +117,6 @@ def film(
     recipe: str | None = None,
     backend: str = "analytic",
     error_rad: float | None = None,
-    quick: bool = False,
     overwrite: bool = False,
     progress: Callable[[int, int], None] | None = None,
 ) -> FilmReport:
@@ -150,11 +149,9 @@ def film(
     recipe : str, optional
         What a service makes of a film, of `recording.encode`; it sets the quality.
     backend : {"analytic", "mitsuba"}
-        "mitsuba" is the slow reference, which knows no rolling shutter.
+        "mitsuba" is the slow reference, whose shutter is open for an instant.
     error_rad : float, optional
         Phase error that the renderer must meet, by the cheapest setting that does, rad.
-    quick : bool
-        Whether to encode in a quarter of the time, into a file three to five times as large; a recipe has its own way.
     overwrite : bool
         Whether older files may be replaced.
     progress : callable, optional
@@ -182,11 +179,13 @@ def film(
         raise SpecError(f"{frames} frames at {fps:g} per second is no film; give 2 or more frames at 1 to 1000 fps")
     for effect in effects:
         scene = effect.scene(scene) if effect.scene else scene
-    way = recipe_for(recipe, crf, quick=quick)
+    way = recipe_for(recipe, crf)
     for effect in effects:
         way = effect.recipe(way) if effect.recipe else way
     timing = timing_of(effects, frames, fps, seed)
     _check_backend(scene, backend, forge)
+    if backend == "mitsuba":
+        scene = replace(scene, camera=replace(scene.camera, shutter_s=0.0, exposure_s=0.0))
     planned([video, truth_path(video)], overwrite=overwrite)
     poses = motion(np.arange(timing.count) / timing.fps)
     places = poses.camera_mm
@@ -205,8 +204,8 @@ def film(
     if error_rad is not None or backend == "mitsuba":
         # The renderer's setting depends on it.
         estimate = _estimate(scene, instants, backend, error_rad, seed)
-    render, sensor = _renderer(scene, seed, estimate), Sensor(camera, seed, need=scene.need)
-    painter = _painter(setting, scene, seed)
+    render, sensor = _renderer(scene, seed, estimate), Sensor(camera, seed)
+    painter = Painter(setting_named(setting, scene, seed), scene.camera) if setting else None
     steps, behind = begun(effects, take_of(scene, poses, timing.fps, seed))
     longest_s = 1 / min(fps, timing.fps)
     shots = Shots(scene, motion, shown, timing.fps, longest_s, render, sensor, steps, edit, stages, painter)
@@ -253,7 +252,7 @@ def _left_out(scene: Scene, backend: str, *, painted: bool, colour: bool) -> Ite
 
     Parameters: painted, colour: whether a setting is painted around the badge, and whether the file is in colour.
     """
-    need, mitsuba, lit = scene.need, backend == "mitsuba", scene.light is not None
+    mitsuba, lit = backend == "mitsuba", scene.light is not None
     unseen = {
         "lens detail below a segment" if mitsuba else "lens detail between a pixel's rays": True,
         "colour": not (painted and colour),
@@ -261,22 +260,9 @@ def _left_out(scene: Scene, backend: str, *, painted: bool, colour: bool) -> Ite
         "light between page and lenses": lit,
         "Fresnel losses, glare and direction of the light": not lit,
         "bounces within the sheet, and its hidden face": True,
-        "rolling shutter": mitsuba,
-        "background": not need.background,
-        "page and markers": not need.page,
-        "rolling shutter and exposure": not need.shutter,
-        "glare": lit and not need.glare,
+        "rolling shutter and exposure": mitsuba,
     }
     return (what for what, missing in unseen.items() if missing)
-
-
-def _painter(setting: str | None, scene: Scene, seed: int) -> Painter | None:
-    """What paints the setting, None where there is none.  Raises: SpecError."""
-    if setting is None:
-        return None
-    if not scene.need.background:
-        raise SpecError(f"scene {setting} is a background; leave out either it, or the part background")
-    return Painter(setting_named(setting, scene, seed), scene.camera)
 
 
 def _check_backend(scene: Scene, backend: str, forge: str | None) -> None:

@@ -1,5 +1,4 @@
-"""What print, sheet, assembly and light do to a built badge: each flaw's unit, range and meaning, and builds by name;
-and what a film may leave out.
+"""What print, sheet, assembly and light do to a built badge: each flaw's unit, range and meaning, and builds by name.
 
 Numbers and words only, so that the command's help can read this without loading the simulator.
 
@@ -93,8 +92,6 @@ PRESETS: dict[str, dict[str, float]] = {
     },
 }
 BUILDS = ("ideal", *PRESETS)
-#: What a film need not show: fields of `scene.Need`.
-PARTS = ("background", "page", "shutter", "glare")
 
 
 def flaw_fields(wishes: dict[str, float]) -> dict[str, float]:

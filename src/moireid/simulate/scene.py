@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +15,7 @@ from moireid.simulate.cameras import Camera
 from moireid.simulate.light import DiscLight, ribs_lamp
 from moireid.simulate.motion import Poses
 
-__all__ = ["Build", "Camera", "Instant", "Need", "Scene"]
+__all__ = ["Build", "Camera", "Instant", "Scene"]
 
 Array = NDArray[np.float64]
 
@@ -37,44 +37,10 @@ class Instant:
     field: Array | None = None
     picture: NDArray[np.float32] | None = None
 
-    def parts(self) -> list[Instant]:
-        """Each of the instants alone."""
-        places = np.broadcast_to(self.shown_from_mm, self.first.camera_mm.shape)
-        return [
-            replace(self, first=self.first.one(k), last=self.last.one(k), shown_from_mm=place)
-            for k, place in enumerate(places)
-        ]
-
-
-@dataclass(frozen=True)
-class Need:
-    """What a film must show.  What is not needed is left out of the work.
-
-    Parameters
-    ----------
-    background : bool
-        What is behind the badge; even grey without it.
-    page : bool
-        Paper and markers around the gratings.
-    shutter : bool
-        Rows and instants of an exposure one after the other; all at the middle of the frame's time without it.
-    glare : bool
-        What the lenses mirror of a light.
-
-    Notes
-    -----
-    `FilmReport.left_out` lists what was left out.
-    """
-
-    background: bool = True
-    page: bool = True
-    shutter: bool = True
-    glare: bool = True
-
 
 @dataclass(frozen=True)
 class Scene:
-    """A badge, how it is built, its camera and its light, and what must be seen of them.
+    """A badge, how it is built, its camera and its light.
 
     Parameters
     ----------
@@ -92,8 +58,6 @@ class Scene:
         A part of the page that something grey covers, (x0, y0, x1, y1), page mm.
     light : Light, optional
         None for a page that shines by itself, with no glare and no ray lost.
-    need : Need
-        What a film must show.
     print_picture : array (rows, columns, 3) of uint8, optional
         What is printed on the board apart from lines and markers: blue, green, red over the whole board.
 
@@ -111,7 +75,6 @@ class Scene:
     paper: float = 0.85
     hidden_mm: Rect | None = None
     light: DiscLight | None = None
-    need: Need = field(default_factory=Need)
     print_picture: NDArray[np.uint8] | None = field(default=None, compare=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -133,15 +96,6 @@ class Scene:
     def height_mm(self) -> float:
         """From the page to the tops of the lenses."""
         return self.lens.thickness_mm + self.build.air_gap_mm
-
-    @property
-    def seen_mm(self) -> Array:
-        """Rectangles that a picture must show (N, 5): x0, y0, x1, y1 and depth, board mm as built."""
-        (cx, cy), (x, y) = self.board_centre_mm, self.printed_half_mm
-        if self.need.page:
-            return np.array([[-x, -y, x, y, 0.0]])
-        rects = np.array([self.badge.bounds_of(grating) for grating in self.badge.gratings]) - (cx, cy, cx, cy)
-        return np.column_stack([rects, np.full(len(rects), -self.height_mm)])
 
     def sunk_mm(self, x: Array, y: Array) -> Array:
         """How much deeper places of the bent board lie than its centre, mm; as `bend`."""

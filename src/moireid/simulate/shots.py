@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -57,8 +57,6 @@ class Shots:
     painter: Painter | None = None
 
     def __post_init__(self) -> None:
-        camera = self.scene.camera
-        self._shutter = camera if self.scene.need.shutter else replace(camera, shutter_s=0.0, exposure_s=0.0)
         self._kept: dict[int, Shot] = {}
 
     def at(self, number: int) -> Shot:
@@ -81,7 +79,7 @@ class Shots:
     def _made(self, number: int) -> Shot:
         time_s = number / self.fps
         self.stages.begin()
-        pose, opening = opened(self.motion, self._shutter, self.scene.board_half_mm, time_s, 1 / self.longest_s)
+        pose, opening = opened(self.motion, self.scene.camera, self.scene.board_half_mm, time_s, 1 / self.longest_s)
         instant = self.shown.instant(number, opening)
         board = self.render(instant)
         self.stages.end("render")

@@ -67,15 +67,10 @@ class Picture:
         """The picture as the kernel takes it."""
         return picture_struct(self._coded, self._tables[0])
 
-    @property
-    def light(self) -> NDArray[np.float32]:
-        """Light of each coded byte, in the unit of `LINEAR_COUNTS`, (256,); for a picture in counts."""
-        return self._tables[1]
-
-    @property
+    @cached_property
     def in_light(self) -> Picture:
         """The picture in the unit of `LINEAR_COUNTS`; for a picture in counts."""
-        return Picture(self._coded, self.light)
+        return Picture(self._coded, self._tables[1])
 
     @cached_property
     def _tables(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:

@@ -25,6 +25,11 @@ def standard(series: Array) -> Array:
     return np.asarray((series - series.mean()) / max(float(series.std()), 1e-12))
 
 
+def spread_out(count: int, most: int) -> NDArray[np.int64]:
+    """Numbers of at most so many of `count` frames, evenly from the first to the last."""
+    return np.linspace(0, count - 1, min(most, count)).astype(int)
+
+
 def median_near(series: Array, frames: int) -> Array:
     """The median of each window of so many frames, an odd number."""
     return np.asarray(np.median(_windows(series, frames), axis=-1))

@@ -14,8 +14,6 @@ from itertools import pairwise
 from threading import Lock
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from moireid.errors import MediaError
 from moireid.verifier.limits import MAX_STRAY_SHARE
 from moireid.verifier.opened_file import OpenedFile
@@ -33,9 +31,8 @@ CHAPTERS_BEGIN = re.compile(rb"\x10\x43\xa7\x70(?=.{1,64}\x45\xb9)", re.DOTALL)
 ORDERED = re.compile(rb"\x45\xdd")
 #: Bytes of chapters in which that flag is looked for.
 MOST_CHAPTERS = 1 << 20
-#: Of a transport stream: sizes of a packet (alone, after a time code, before bytes that correct errors), its first
-#: byte; and the bytes of any file that are looked at together.
-PACKETS, SYNC, SCANNED = (188, 192, 204), 0x47, 1 << 22
+#: Bytes of a file that are looked at together.
+SCANNED = 1 << 22
 #: Bytes of a chunk's name and size, before its content; an AVI's index gives the places of the names.
 CHUNK = 8
 AGAIN = "An edit list shows pictures again, or in another order, and players differ in following it."
@@ -81,7 +78,7 @@ def tracks_of(
     stream = next((one for one in found if wanted in (None, one.index)), None)
     if stream is None:
         raise MediaError(f"{file.path} has no video track {wanted}; give one of these: {named}")
-    doubts, late, pictures = [_subtitles(container), _crop(container)], 0, stream.frames or None
+    doubts, pictures = [_subtitles(container), _crop(container)], stream.frames or None
     formats = container.format.name.split(",")
     if "mov" in formats:
         # An entry is no longer valid once its file is closed.
@@ -92,15 +89,13 @@ def tracks_of(
         pictures = pictures and len(shown)
     elif "matroska" in formats:
         doubts += _elements(file)
-    elif "mpegts" in formats:
-        late = len(_picture_ids(file) - {one.id for one in container.streams})
     reasons = [Reason("tracks", "undecided", None, None, "", doubt) for doubt in doubts if doubt not in ("", CUT)]
     reasons += [Reason("damaged", "note", None, None, "", CUT)] if CUT in doubts else []
-    count = len(tracks) + late
+    count = len(tracks)
     if count > 1 and wanted is None:
         text = (
-            f"The file has {count} video tracks ({named}{'; one begins later' if late else ''}), and players differ in "
-            "which one they show. Nothing was judged: say which track is meant, or give a file with one."
+            f"The file has {count} video tracks ({named}), and players differ in which one they show. Nothing was "
+            "judged: say which track is meant, or give a file with one."
         )
         reasons.insert(0, Reason("tracks", "undecided", float(count), 1.0, "tracks", text))
     elif count > 1:
@@ -247,21 +242,3 @@ def _orders(file: OpenedFile) -> bool:
                 if any(part[first : first + min(length or 0, 8)]):
                     return True
     return False
-
-
-def _picture_ids(file: OpenedFile) -> set[int]:
-    """Identifiers of the streams of pictures in a transport stream, also of those that begin late."""
-    found: set[int] = set()
-    first = np.frombuffer(file.read_at(0, SCANNED), np.uint8)
-    size = max(PACKETS, key=lambda size: np.count_nonzero((first[:-size] == SYNC) & (first[size:] == SYNC)))
-    for place in range(0, file.size, SCANNED):
-        # Packets that cross the border are seen once more.
-        piece = np.frombuffer(file.read_at(place, SCANNED + 2 * size), np.uint8)
-        packets = np.flatnonzero((piece[:-size] == SYNC) & (piece[size:] == SYNC))
-        begins = packets[(piece[packets + 1] & 0x40 > 0) & (piece[packets + 3] & 0x10 > 0)]
-        body = begins + 4 + np.where(piece[begins + 3] & 0x20, 1 + piece[begins + 4].astype(int), 0)
-        begins, body = begins[body < begins + 184], body[body < begins + 184]
-        prefix = (piece[body] == 0) & (piece[body + 1] == 0) & (piece[body + 2] == 1) & (piece[body + 3] >> 4 == 0xE)
-        ids = (piece[begins + 1].astype(int) & 0x1F) << 8 | piece[begins + 2]
-        found |= set(ids[prefix].tolist())
-    return found

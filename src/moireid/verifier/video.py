@@ -5,7 +5,6 @@ Colour is not used: fringes and markers are grey, and so is the luma plane of th
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Generator, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing, suppress
@@ -34,7 +33,7 @@ FORMATS = frozenset(
     {"mov", "mp4", "m4a", "3gp", "3g2", "mj2", "matroska", "webm", "avi", "mpegts", "mpeg", "mpegvideo", "ogg", "flv"}
     | {"asf", "gif", "mxf", "nut", "h264", "hevc", "ivf", "obu", "yuv4mpegpipe", "mjpeg", "apng", "dv", "wtv", "rm"}
 )
-#: A 4K picture; larger ones are read reduced.  A badge that is in view as a whole has pixels enough then.
+#: A 4K picture; larger ones are refused, as a badge that is in view as a whole has pixels enough then.
 MOST_PIXELS = 4096 * 2304
 #: An 8K picture.  A tiny file can claim 16000 x 16000 pixels in its header, and decoders hold many pictures at once.
 MOST_CODED_PIXELS = 8192 * 4608
@@ -80,28 +79,23 @@ class Film:
     ----------
     path : str or Path
         The file.
-    reduced : bool
-        Read pictures larger than 4K reduced; otherwise they are refused.
     track : int, optional
         Number of the video track to read, as in `described`; None for the first one that is no cover picture.
 
     Raises
     ------
     MediaError
-        Where it is absent, empty or no film that can be read, has no such track, or its pictures are larger than 8K.
+        Where it is absent, empty or no film that can be read, has no such track, or its pictures are larger than 4K.
 
     Notes
     -----
     Convention: the file is opened once; all results are of that file, even if its path names another one later.  Rows
     stay as they were coded: a phone's rotation flag is not followed.  Pixels that the file calls wide or tall are made
     square, as a player shows them; width and height are those of the square ones.
-    Pictures larger than 4K are read reduced: a pixel that is read is the mean of `reduced_by` by `reduced_by` of them,
-    so place x that is read is place `unreduced_px(x)` of the film; width and height are those that are read.
-    Source: FFmpeg by PyAV.  Its decoders' own reduction (`lowres`) is not used: those of H.264, HEVC, VP9 and AV1, in
-    which large films come, have none.
+    Source: FFmpeg by PyAV.
     """
 
-    def __init__(self, path: AnyPath, *, reduced: bool = True, track: int | None = None) -> None:
+    def __init__(self, path: AnyPath, *, track: int | None = None) -> None:
         """Open the file and look at its tracks.  Raises: MediaError where there is none."""
         import av
 
@@ -121,31 +115,27 @@ class Film:
                 if stream.codec_context is None:
                     raise MediaError(f"{path} is coded in a way that no decoder here knows; {ADVICE}")
                 self._coded = stream.codec_context.width, stream.codec_context.height
-                self._whole = squared(self._coded, stream.sample_aspect_ratio)
+                self.width, self.height = squared(self._coded, stream.sample_aspect_ratio)
                 self.fps = float(stream.average_rate or stream.guessed_rate or 30)
                 self.frames_expected = self.tracks.pictures
                 self._codec = stream.codec_context.name
         except (av.error.FFmpegError, OSError, ValueError) as error:
             raise MediaError(f"{path} cannot be read as a video ({_reason(error)}); {ADVICE}") from error
-        self._set_size(reduced=reduced)
+        self._check_size()
         #: Which frames are damaged, as far as they were decoded.
         self.damage, self._turned = DamageWatch(self._codec), 0
         self._asked, self._met, self._early = track is not None, tuple[Reason, ...](), 0
 
-    def _set_size(self, *, reduced: bool) -> None:
-        """Set width and height that are read.  Raises: MediaError where the pictures are too large, or have no size."""
-        path, pixels = self.path, self._whole[0] * self._whole[1]
-        most, name = (MOST_CODED_PIXELS, "8K") if reduced else (MOST_PIXELS, "4K")
-        if pixels > most:
+    def _check_size(self) -> None:
+        """Raise MediaError where the pictures are too large, or have no size."""
+        pixels = self.width * self.height
+        if pixels > MOST_PIXELS:
             raise MediaError(
-                f"{path} has pictures of {self._whole[0]} x {self._whole[1]}, at most {most} pixels are read here "
-                f"({name}); export it at {name} or less"
+                f"{self.path} has pictures of {self.width} x {self.height}, at most {MOST_PIXELS} pixels are read "
+                "(4K); export it at 4K or less"
             )
         if not pixels:
-            raise MediaError(f"{path} says nothing of its picture size, or that it is beyond 8K; {ADVICE}")
-        #: Pixels of the film, across and down, that one pixel of the pictures read is the mean of.
-        self.reduced_by = max(math.ceil(math.sqrt(pixels / MOST_PIXELS)), 1)
-        self.width, self.height = (side // self.reduced_by for side in self._whole)
+            raise MediaError(f"{self.path} says nothing of its picture size, or that it is beyond 8K; {ADVICE}")
 
     def _look_at_streams(self, track: int | None) -> list[dict[str, str]]:
         """List the tracks, and give FFmpeg's options for each stream: only the track that is read is decoded.
@@ -195,9 +185,9 @@ class Film:
         Returns
         -------
         dict
-            Path, SHA-256 of the file that was read, the decoder's version, width and height of its pictures in px,
-            frames a second, and by how much the pictures were reduced; its tracks; and of the pictures read by now,
-            how many are interlaced, and the quarter turns, anticlockwise, by which players turn them.
+            Path, SHA-256 of the file that was read, the decoder's version, width and height of its pictures in px, and
+            frames a second; its tracks; and of the pictures read by now, how many are interlaced, and the quarter
+            turns, anticlockwise, by which players turn them.
 
         Raises
         ------
@@ -205,7 +195,7 @@ class Film:
             Where the file changed since it was opened.
         """
         sha256, decoder = self._file.sha256(), decoder_version()
-        size = {"width": self._whole[0], "height": self._whole[1], "fps": self.fps, "reduced_by": self.reduced_by}
+        size = {"width": self.width, "height": self.height, "fps": self.fps}
         shown = {"tracks": self.tracks.tracks, "interlaced": self.damage.interlaced, "quarter_turns": self._turned}
         return {"path": str(self.path), "sha256": sha256, "decoder": decoder, **size, **shown}
 
@@ -311,13 +301,9 @@ class Film:
             self._met = read_findings(container, listed, read, asked=self._asked)
 
     def _sized(self, picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
-        """A coded picture with square pixels, reduced; a last row or column that fills no pixel is left out."""
-        if self._coded != self._whole:
-            picture = np.asarray(cv2.resize(picture, self._whole), np.uint8)
-        if self.reduced_by > 1:
-            whole = picture[: self.height * self.reduced_by, : self.width * self.reduced_by]
-            picture = np.asarray(cv2.resize(whole, (self.width, self.height), interpolation=cv2.INTER_AREA), np.uint8)
-        return picture
+        """A coded picture with square pixels."""
+        size = self.width, self.height
+        return picture if self._coded == size else np.asarray(cv2.resize(picture, size), np.uint8)
 
     def frames_ahead(self) -> Iterator[Frame]:
         """Decode by a thread of its own, while the caller is busy with the frames before.
@@ -414,11 +400,6 @@ def squared(coded: tuple[int, int], aspect: Fraction | None) -> tuple[int, int]:
     if not 1 / MOST_ASPECT <= wide <= MOST_ASPECT or abs(wide - 1) < LEAST_ASPECT:
         return coded
     return (round(coded[0] * wide), coded[1]) if wide > 1 else (coded[0], round(coded[1] / wide))
-
-
-def unreduced_px(place_px: NDArray[np.float64], reduced_by: int) -> NDArray[np.float64]:
-    """Places in pictures that were read reduced, as places in the film; both from the first pixel's middle, px."""
-    return reduced_by * place_px + (reduced_by - 1) / 2
 
 
 def one_thread() -> bool:

@@ -28,7 +28,7 @@ def circumstances_of(studio: Studio, job: Job) -> Circumstances:
 def list_pictures(job: Job) -> Pictures:
     """The pictures of a job by their names, without their contents."""
     kept = job.kept
-    return Pictures(dict.fromkeys(kept.get("files", ()), b""), tuple(kept.get("plots", ())), kept.get("frame_s"))
+    return Pictures(dict.fromkeys(kept.get("files", ()), b""), kept.get("frame_s"))
 
 
 def pictures_of_job(job: Job) -> Pictures:

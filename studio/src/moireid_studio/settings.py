@@ -79,7 +79,7 @@ class Settings:
 def default_data() -> Path:
     """The studio's default folder; it is not created here.  Raises: SpecError for a user without a home folder."""
     if (folder := data_folder()) is None:
-        raise SpecError("this user has no home folder for a studio; name a folder with --data")
+        raise SpecError("this user has no home folder for a studio; name a folder (data)")
     return folder / "studio"
 
 

@@ -16,6 +16,7 @@ from starlette.requests import HTTPConnection
 from moireid.errors import MoireIdError, RegistryError, SpecError
 from moireid.provenance import Standing
 from moireid.registry import Audit, Registry, default_url, open_registry
+from moireid.registry.checkpoints.checkpoint import Checkpoint, read_checkpoint
 from moireid.registry.engine import read_url
 from moireid.registry.keys import keys_folder
 from moireid.registry.seen import seen_path
@@ -34,7 +35,6 @@ from moireid_studio.store.ledger import Ledger
 
 if TYPE_CHECKING:
     from moireid.cli.witness_options import WitnessCheck
-    from moireid.registry.checkpoints.checkpoint import Checkpoint
 
 #: Anyone may ask whether the studio is ready, and no one shall keep its database busy by that.
 NEEDS_S = 1.0
@@ -140,15 +140,15 @@ class Studio:
             raise Refusal(503, "busy", "Another audit runs; try again when it is done.", headers={"Retry-After": "30"})
         try:
             check = self.settings.witness_check
-            quorum, since = (None, []) if check is None else (check.quorum, self._witnessed(check))
-            return self.registry.audit(None, since, quorum)
+            witnesses, since = ((), []) if check is None else (check.witnesses, self._witnessed(check))
+            return self.registry.audit(None, since, witnesses)
         finally:
             self._auditing.release()
 
     def _witnessed(self, check: WitnessCheck) -> list[Checkpoint]:
         """The checkpoint as it is now, as those who run the registry renew it; none where it cannot be read."""
         try:
-            return [check.newest()]
+            return [read_checkpoint(check.source)] if check.source is not None else []
         except MoireIdError as error:
             # The audit reports that no witness has signed, and all else that it finds.
             logging.getLogger(__name__).error("%s", error)
@@ -184,10 +184,8 @@ def hold_folder(folder: Path, undo: ExitStack) -> None:
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         lock = undo.enter_context((folder / "lock").open("a"))
     except OSError as error:
-        raise RegistryError(f"{folder} cannot be used ({error.strerror}); give another with --data") from error
+        raise RegistryError(f"{folder} cannot be used ({error.strerror}); give another (data)") from error
     try:
         fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except OSError as error:
-        raise SpecError(
-            f"another studio runs with the folder {folder}; stop it, or give another with --data"
-        ) from error
+        raise SpecError(f"another studio runs with the folder {folder}; stop it, or give another (data)") from error

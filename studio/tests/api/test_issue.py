@@ -9,6 +9,7 @@ import json
 import re
 import time
 import zipfile
+from collections.abc import Collection
 from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
@@ -24,7 +25,9 @@ from moireid.asbuilt import AsBuilt
 from moireid.badge import Badge, badge_from_json
 from moireid.cli.main import moireid
 from moireid.designer import Order, design_badge
-from moireid.sheets import DEFAULT_LENS
+from moireid.designer.formats import FORMATS
+from moireid.profiles import PAPERS_MM
+from moireid.sheets import DEFAULT_LENS, PRODUCTS
 from moireid_studio.store.job import Job
 
 #: Small boards are quickly made, and four are on a sheet.
@@ -67,6 +70,14 @@ class Markup(HTMLParser):
         self.seen = (given.get("src") or "") if tag == "img" else self.seen
         if tag == "input" and given.get("name"):
             self.fields[given["name"] or ""] = given.get("value")
+
+
+@pytest.mark.parametrize(("field", "known"), [("paper", PAPERS_MM), ("format", FORMATS), ("lens", set(PRODUCTS))])
+def test_the_page_offers_all_that_the_library_has(visit: Visit, field: str, known: Collection[str]) -> None:
+    """Catches: papers, formats or sheets that the command prints on and the page does not offer."""
+    page = visit.ask("GET", "/issue", "issuer").text
+    (menu,) = re.findall(rf'<select id="{field}".*?</select>', page, re.DOTALL)
+    assert set(re.findall(r'<option value="([^"]+)"', menu)) == set(known)
 
 
 def order(name: str, **more: str) -> dict[str, Any]:
@@ -221,7 +232,7 @@ def test_an_issuer_cannot_turn_an_enrolment_against_its_holder(
 ) -> None:
     """Catches: a page or the API that replaces known figures for anyone who may film; a reason that is not recorded."""
     registry = visit.studio.registry
-    record = registry.enroll(ada, warned=True)
+    record = registry.enroll(ada)
     true = AsBuilt(record.id, -0.0402, 2e-5, 3.0, 0.04, 0.031, 3e-4, 0.995, 0.01)
     poison = replace(true, offset_rad=-1.28, gain_ratio=0.63)
     measured = [true]
@@ -259,7 +270,7 @@ def test_no_figures_are_kept_in_a_registry_that_was_put_back(
     with studio(tmp_path) as visit:
         registry = visit.studio.registry
         file = Path(registry.shown_url.removeprefix("sqlite:///"))
-        record, before = registry.enroll(ada, warned=True), file.read_bytes()
+        record, before = registry.enroll(ada), file.read_bytes()
         true = AsBuilt(record.id, -0.0402, 2e-5, 3.0, 0.04, 0.031, 3e-4, 0.995, 0.01)
         poison = replace(true, offset_rad=-1.28)
         result = {"kind": "capture", "id": record.id, "as_built": json.loads(true.to_json())}

@@ -32,8 +32,6 @@ ROLES = {
     "/registry": {"issuer", "verifier"},
     "/registry/audit": {"issuer"},
     "/registry/{badge_id}/revoke": {"issuer"},
-    "/registry/{badge_id}/suspend": {"issuer"},
-    "/registry/{badge_id}/reinstate": {"issuer"},
     "/api/registry": {"issuer", "verifier"},
     "/api/registry/audit": {"issuer"},
     "/api/registry/{badge_id}/revoke": {"issuer"},

@@ -1,4 +1,4 @@
-"""What makes the studio easy: samples, its own page for each failure, suspending, words that people say.
+"""What makes the studio easy: samples, its own page for each failure, words that people say.
 
 Each test names the wrong implementation it catches.
 """

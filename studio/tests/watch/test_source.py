@@ -39,7 +39,7 @@ def test_an_address_or_a_screen_goes_by_a_pipe(text: str) -> None:
 def test_prompts_need_somebody_who_can_answer(tmp_path: Path) -> None:
     """Catches: a challenge to a film; one that is refused to a camera or to a pipe, by which a camera may come."""
     (tmp_path / "film.ts").write_bytes(b"x")
-    with pytest.raises(SpecError, match="--challenge"):
+    with pytest.raises(SpecError, match="challenge="):
         check_prompts(source_of(str(tmp_path / "film.ts")))
     for text in ("0", "-"):
         check_prompts(source_of(text))

@@ -17,7 +17,7 @@ from jsonschema import Draft202012Validator
 
 from kit.streams import pictures, watched, write_stream
 from moireid.json_schema import report_schema
-from moireid.provenance import Exclusion
+from moireid.provenance import Revocation
 from moireid.sandbox.seal import MEANS
 from moireid_studio.watch.order import Patience
 from moireid_studio.watch.watching import harmless
@@ -113,7 +113,7 @@ def test_a_lie_is_rejected_and_a_revoked_badge_too(film: Path, pipe: Path, tmp_p
     assert watched(str(forged))["verdict"] == "reject"
     events: list[dict[str, Any]] = []
     poured(film.read_bytes(), pipe)
-    barred = Exclusion("revoked", "lost", "The badge was revoked: lost.")
+    barred = Revocation("lost", "The badge was revoked: lost.")
     found = watched(str(pipe), notify=events.append, barred=barred)
     assert found["verdict"] == "reject" and codes(found, "fail") == {"revoked"}
     assert {one["verdict"] for one in events if one["event"] == "status"} <= {"reject"}

@@ -22,7 +22,7 @@ def test_a_format_and_a_number_give_list_and_files(tmp_path: Path) -> None:
     plain = run(*options, "--out", str(tmp_path / "shop"))
     assert plain.exit_code == 0, plain.output
     made = {path.name for path in (tmp_path / "shop").iterdir()}
-    assert made == {"shopping-list.pdf", "shopping-list.csv", "cutting-plan.pdf"}
+    assert made == {"shopping-list.csv", "cutting-plan.pdf"}
     # By the byte order mark, spreadsheets know UTF-8.
     assert (tmp_path / "shop" / "shopping-list.csv").read_bytes().startswith(BOM_UTF8)
     document = json.loads(run(*options, "--json").stdout)

@@ -121,7 +121,7 @@ def test_the_plate_is_of_true_size_and_its_lenses_are_upright(axes: str, tmp_pat
     [
         (Order("A", format="a6"), "none"),
         (Order("A", lens="50lpi", axes="hex", range_m=(0.8, 1.5), paper="letter"), "clip"),
-        (Order("A", lens="50lpi", front="mask", lens_thickness_mm=2.0, paper="letter"), "holder"),
+        (Order("A", lens="50lpi", front="mask", lens_thickness_mm=2.0, paper="letter"), "stand"),
     ],
 )
 def test_parts_and_steps_are_a_page_each(wish: Order, mount: str, tmp_path: Path) -> None:
@@ -148,7 +148,7 @@ def test_parts_and_steps_are_a_page_each(wish: Order, mount: str, tmp_path: Path
 @pytest.mark.slow
 def test_the_studio_s_sheet_has_no_command_in_it(badge: Badge, tmp_path: Path) -> None:
     """Catches: options and commands for somebody who has a page in a browser; tape where a tray holds the sheet."""
-    for kind in ("lanyard", "clip", "stand", "holder", "none"):
+    for kind in ("lanyard", "clip", "stand", "none"):
         whole = " ".join(written(badge, tmp_path / f"{kind}.pdf", kind, "studio"))
         assert "--" not in whole and "moireid verify" not in whole and "pitch-test" not in whole
-        assert "open Enroll in the studio" in whole and ("clear tape" in whole) == (kind in ("holder", "none"))
+        assert "open Enroll in the studio" in whole and ("clear tape" in whole) == (kind == "none")

@@ -37,7 +37,7 @@ def dressed(template: str, folder: Path, name: str = "a7", orientation: str = "p
     logo.save(folder / "logo.png")
     squares = np.kron(np.indices((10, 8)).sum(axis=0) % 2, np.ones((20, 20)))
     Image.fromarray((255 * squares).astype(np.uint8)).save(folder / "face.png")
-    look = Look(template_named(template), Artwork(folder / "logo.png", folder / "face.png", (0.5, 0.1, 0.3)), 3.0)
+    look = Look(template_named(template), Artwork(folder / "logo.png", folder / "face.png", (0.5, 0.1, 0.3)))
     side = look.template.side(*turned(FORMATS[name].size_mm, orientation))
     order = Order("Ada Lovelace", format=name, orientation=orientation, head=side.head, foot=side.foot)
     badge = design_badge(order, PAYLOAD)

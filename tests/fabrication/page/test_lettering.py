@@ -114,13 +114,14 @@ def test_names_from_a_list_make_safe_and_distinct_folders(tmp_path: Path) -> Non
         "-rf",
         "محمد",
         "😀",
+        "Þóra Łukasz",
     ]
     base = Order("Somebody", lens="50lpi", size_mm=(60.0, 66.0), range_m=(0.3, 1.0))
     badges = [design_badge(replace(base, name=name), bytes([k + 1]) * 8) for k, name in enumerate(names)]
     event = print_event(badges[:3], tmp_path / "event")
     assert {path.name for path in tmp_path.iterdir()} == {"event"}
     assert all(path.parent == tmp_path / "event" and path.is_dir() for path in event.folders)
-    folders = [folder_name(number, one) for number, one in enumerate(badges, 1)]
+    folders = [folder_name(number, one, 2) for number, one in enumerate(badges, 1)]
     assert len({folder.casefold() for folder in folders}) == len(names) and folders == sorted(folders)
     assert all(set(folder) <= set("abcdefghijklmnopqrstuvwxyz0123456789-") for folder in folders)
-    assert folder_name(7, badges[3], 5) == "00007-ada"
+    assert (folder_name(7, badges[3], 5), folders[-1]) == ("00007-ada", "15-thora-lukasz")

@@ -129,10 +129,10 @@ def test_a_log_that_keeps_only_the_seen_entry_is_refused(path: Path) -> None:
 def test_an_import_of_an_older_state_says_so(put_back: Path, tmp_path: Path) -> None:
     """Catches: a backup read in without a word, of which every reader then says that it was rolled back."""
     run("registry", "forget", open_registry(url_of(put_back), create=False).fingerprint)
-    run("registry", "export", tmp_path / "old.json", "--registry", url_of(put_back))
+    run("registry", "export", tmp_path / "old.sqlite3", "--registry", url_of(put_back))
     shutil.copy(f"{put_back}.new", put_back)
     run("registry", "list", "--registry", url_of(put_back))
     other = url_of(tmp_path / "other.sqlite3")
-    done = run("registry", "import", tmp_path / "old.json", "--registry", other)
+    done = run("registry", "import", tmp_path / "old.sqlite3", "--registry", other)
     assert "ends at log entry 2" in done.stderr and "forget" in done.stderr
     assert "rolled back" in run("registry", "list", "--registry", other, code=2).stderr

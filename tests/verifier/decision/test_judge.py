@@ -319,6 +319,15 @@ def test_rows_that_move_apart_fail_alone():
     assert outcome.verdict == "reject" and failed(outcome) == ["parts"]
 
 
+@pytest.mark.parametrize(("part", "noise"), [("strip", 0.6), ("place", 0.2)])
+def test_rows_whose_contrast_trembles_as_much_prove_nothing_and_pass_nothing(part, noise):
+    """Catches: a true badge rejected whose sheet lies askew, so that noise is all that is left of its fringes; noise by
+    which one is accepted."""
+    film = replace(true_film(), **{f"{part}_residual_rad": np.array([0.02, 0.9]), "strip_sd_rad": np.full(2, 0.02)})
+    for trembling, verdict in (([0.0, noise], "inconclusive"), ([noise, noise / 6], "reject")):
+        assert judge([replace(film, strip_noise_rad=np.array(trembling))]).verdict == verdict
+
+
 @pytest.mark.claim("Patches within a row that move by themselves are rejected")
 def test_places_within_a_row_that_move_apart_fail_alone():
     """Catches: edited patches of a row, which the row's mean hides."""

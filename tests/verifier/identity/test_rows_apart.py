@@ -41,6 +41,14 @@ def test_a_row_with_a_motion_of_its_own_is_rejected(share: float, rng: np.random
     assert found.coherent > 0.2 and level(found) == "fail"
 
 
+def test_a_row_that_is_clearer_than_the_plain_ones_is_counted_in_its_own_contrasts(rng: np.random.Generator) -> None:
+    """Catches: a true badge rejected whose plain rows are washed out by a sheet laid askew, and the code's are not."""
+    motion = 0.6 * np.sin(2 * np.pi * TIMES / 4)
+    cells = row(rng, motion, 0.5)
+    assert level(rows_apart([cells], TIMES)) == "fail"
+    assert level(rows_apart([cells._replace(moved=10 * cells.moved)], TIMES)) == "undecided"
+
+
 def test_neighbours_that_move_in_opposite_ways_are_not_accepted(rng: np.random.Generator) -> None:
     """Catches: deviations that cancel in a row's mean."""
     motion = 0.6 * np.sin(2 * np.pi * TIMES / 4)

@@ -8,19 +8,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from kit.drawn_pages import draw, filmed, nudged
 from moireid.verifier.kernel import library as kernel_library
 from moireid.verifier.kernel.page import (
-    OTHER_SCALE,
     PagePrint,
     PageRows,
     Points,
     correlations,
     values_at,
 )
-from moireid.verifier.picture import Picture, as_picture
-from moireid.verifier.tracking.brightness_profiles import ProfileReader
-from moireid.verifier.tracking.registration import RULES, KeptTemplate, PageRegistrar
+from moireid.verifier.picture import Picture
+from moireid.verifier.tracking.registration import RULES
 
 
 def warps(rng):
@@ -41,7 +38,7 @@ def test_no_homography_makes_the_kernel_read_outside_or_return_what_is_no_number
     across, down = np.meshgrid(np.linspace(-1, 1, 50), np.linspace(-1, 1, 8))
     points = Points(np.column_stack([across.ravel(), down.ravel()]))
     for warp in warps(rng):
-        rows = PageRows(points, np.array([3, 5], np.int32), 50, 0.9).read(picture.struct, warp)
+        rows = PageRows(points, np.array([3, 5], np.int32), 50).read(picture.struct, warp)
         assert np.array_equal(rows, np.full((2, 50), 100.0))
         values = values_at(picture.struct, warp, points)
         assert values is None or np.array_equal(values, np.full(400, 100.0))
@@ -50,7 +47,7 @@ def test_no_homography_makes_the_kernel_read_outside_or_return_what_is_no_number
 def test_arrays_of_other_sizes_or_kinds_are_refused():
     """Catches: C that works on memory which is not there."""
     points = Points(np.random.default_rng(1).uniform(0, 1, (10, 2)))
-    sizes = {"least_seen": 1, "squares": 4, "middle": np.zeros(2), "extent": 1.0, "px_per_mm": 1.0, "scale_step": 1.2}
+    sizes = {"least_seen": 1, "squares": 4, "middle": np.zeros(2), "extent": 1.0, "px_per_mm": 1.0}
     sizes |= {"rules": RULES, "least_correlation": 0.7}
     for first, sides, printed in (
         ([0, 9], [-1], np.ones(10, np.float32)),
@@ -66,34 +63,9 @@ def test_arrays_of_other_sizes_or_kinds_are_refused():
     with pytest.raises(ValueError):
         shown.prepare(np.ones((2, 9), np.float32))
     with pytest.raises(ValueError):
-        PageRows(points, np.array([3], np.int32), 4, 0.9)
-    with pytest.raises(ValueError, match="no rows"):
-        PageRows(points, np.array([5], np.int32), 2, 0.9).taken()
+        PageRows(points, np.array([3], np.int32), 4)
     with pytest.raises(ValueError):
         kernel_library.picture_struct(np.zeros((20, 20), np.float32), np.zeros(256, np.float32))
-
-
-def test_rows_are_read_with_the_page_only_where_it_is_certain(rng, ada):
-    """Catches: rows of the expected place in place of the page's; rows of a page that must still be judged; a kept room
-    that the next frame overwrites; a print of another scale that is used.
-    """
-    badge_page = np.array([[3.0, 0.02, 40.0], [-0.02, 3.0, 30.0], [0, 0, 1.0]])
-    reader = ProfileReader(ada)
-    registrar = PageRegistrar(ada.markers)
-    size = tuple(int(3.0 * side) + 80 for side in reversed(ada.page_mm))
-    page = filmed(draw(badge_page, ada.markers, shape=size), rng, noise=1.0)
-    kept = KeptTemplate(registrar.printer)
-    start = nudged(badge_page, 1.0, -0.7)
-    found, rows = registrar.follow(as_picture(page), start, kept, reader.rows)
-    assert rows is not None and np.array_equal(rows, reader.read(page, found.homography))
-    again, more = registrar.follow(as_picture(page), start, kept, reader.rows)
-    assert np.array_equal(again.homography, found.homography) and np.array_equal(more, rows) and more is not rows
-    dark = filmed(np.where(draw(badge_page, ada.markers, shape=size) > 100, 60, 50).astype(float), rng, noise=6.0)
-    unsure, none = registrar.follow(as_picture(dark), start, kept, reader.rows)
-    assert unsure is None or (unsure.correlation < 0.9 and none is None)
-    shown = registrar._prepared(kept.at(start))
-    twice = np.array([[6.0, 0, 40.0], [0, 6.0, 30.0], [0, 0, 1.0]])
-    assert shown.follow(as_picture(page).struct, twice, any_scale=False)[0] == OTHER_SCALE
 
 
 def test_nothing_is_sought_in_what_is_uniform_or_with_other_sizes():

@@ -7,9 +7,9 @@ from dataclasses import replace
 from typing import Any
 
 from kit.report_documents import ADA, ASKED, LAW_ROW, REGISTRY, document, finding, rival
-from moireid.provenance import BadgeHolder, Exclusion, Standing
+from moireid.provenance import BadgeHolder, Revocation, Standing
 from moireid.verifier.explanations.words import WORDS
-from moireid.verifier.report.headline import BARRED, BROKEN, headline_of
+from moireid.verifier.report.headline import BROKEN, headline_of
 
 
 def read_by(name: str, **how: Any) -> Any:
@@ -25,9 +25,8 @@ def cases() -> Iterator[tuple[dict[str, Any], Any]]:
     yield document("accept"), bundle
     yield document("inconclusive", finding("motion", "undecided"), law="inconclusive"), ASKED
     yield document("inconclusive"), ASKED
-    for code in BARRED:
-        yield document("reject", finding(code, measured="2026-05-03")), ASKED
-        yield document("reject", finding(code)), replace(ASKED, barred=Exclusion(code, "2026-05-03", "lost"))  # type: ignore[arg-type]
+    yield document("reject", finding("revoked", measured="lost")), ASKED
+    yield document("reject", finding("revoked")), replace(ASKED, barred=Revocation("2026-05-03", "lost"))
     for name in ("still", "drift", "late", "place"):
         table = [LAW_ROW, rival(name, -9.0)]
         yield document("reject", finding("residual"), law="reject", explanations=table), ASKED
@@ -38,7 +37,7 @@ def cases() -> Iterator[tuple[dict[str, Any], Any]]:
     another = document("reject", finding("identity"), identity="mismatch")
     yield another, read_by("Ada Lovelace")
     yield another, read_by("Sarah Example", line="Editor")
-    gone = read_by("Ada", barred=Exclusion("revoked", "2026-05-03", "lost"))
+    gone = read_by("Ada", barred=Revocation("2026-05-03", "lost"))
     yield document("accept", finding("enrolled")) | {"finding": "nobody", "found_id": None}, gone
 
 

@@ -228,7 +228,7 @@ def test_the_plots_and_the_picture_are_in_the_page(page, ada):
     assert kind == "data:image/png;base64"
     shown = cv2.imdecode(np.frombuffer(base64.b64decode(content), np.uint8), cv2.IMREAD_UNCHANGED)
     assert np.array_equal(shown, report_of(ada).track.snapshot)
-    assert len(plots_in(page)) == len(set(plots_in(page))) == 9
+    assert len(plots_in(page)) == len(set(plots_in(page))) == 2
 
 
 # The files.

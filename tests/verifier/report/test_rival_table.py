@@ -1,4 +1,4 @@
-"""The table of explanations, and the best rival's plot.  At each test: the wrong implementation it catches.
+"""The table of explanations.  At each test: the wrong implementation it catches.
 
 Documents are put together by hand, as `verify --json` prints them.
 """
@@ -7,15 +7,12 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
 import pytest
 
-from moireid.verifier.explanations.honest import PhaseSeries
-from moireid.verifier.explanations.rivals import RIVALS, Rival
-from moireid.verifier.explanations.table import LAW_PLUS, Explanation, cause_of
+from moireid.verifier.explanations.rivals import RIVALS
+from moireid.verifier.explanations.table import LAW_PLUS, cause_of
 from moireid.verifier.explanations.words import WORDS
 from moireid.verifier.limits import CALIBRATION_CAP_LOG10
-from moireid.verifier.report.rival_plot import best_fit
 from moireid.verifier.report.rival_table import odds_line, rivals_in, table_of
 
 
@@ -80,34 +77,3 @@ def test_what_is_named_is_the_best_by_far_and_explains_the_film() -> None:
     assert named(entry("drift", -5.4, deviation_rad=0.2, explains_below_rad=0.1), own) == "own_motion"
     assert named(entry("drift", 4.0, **fits), own) == "own_motion"
     assert named(entry("drift", -0.9, **fits), entry("late", 3.0)) is None
-
-
-def series_of(measured: np.ndarray, law: np.ndarray) -> PhaseSeries:
-    times = np.arange(len(law)) / 10
-    zeros = np.zeros_like(law)
-    place = np.column_stack([np.sin(3 * times), np.cos(times)])
-    raw = PhaseSeries(
-        times, measured, law, zeros, np.gradient(law, times), np.ones_like(law), zeros.astype(int), place, None, 0.01
-    )
-    return raw.weighted(raw.weight)
-
-
-@pytest.mark.parametrize("rival", [rival for rival in RIVALS if rival.variants is not None], ids=lambda one: one.name)
-def test_a_rival_s_own_fringes_are_fitted_whole(rival: Rival) -> None:
-    """Catches: a plot of another rival's curve, or of one that is not fitted; a gain that is drawn over the design."""
-    times = np.arange(80) / 10
-    law = np.sin(times) + 0.3 * np.sin(2.3 * times)
-    frame = series_of(law, law)
-    assert frame.place_px is not None and rival.variants is not None
-    made = {
-        "still": np.zeros(80),
-        "drift": 0.7 * times,
-        "place": frame.place_px @ (0.5, -0.2),
-        "another_gain": 0.4 * frame.law_rad,
-        "late": None,
-    }[rival.name]
-    if made is None:
-        made = next(columns[:, 0] for value, columns in rival.variants(frame) if value == 0.4)
-    shown = series_of(made, law)
-    one = Explanation(rival.name, -3.0, {"gain": 0.4} if rival.name == "another_gain" else {}, None, True)
-    assert best_fit(one, shown) == pytest.approx(shown.measured_rad, abs=1e-9)

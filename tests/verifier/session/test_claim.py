@@ -42,9 +42,6 @@ def test_each_finding_has_its_cause(secret: Badge, ada: Badge, built: AsBuilt) -
     assert codes(Question(secret, secret.id, as_built=built, provenance=FROM_FILE)) == {"claim_source": "note"}
     alike = replace(REGISTRY, alike=("\u0410da (00)",))
     assert codes(Question(secret, secret.id, as_built=built, provenance=alike)) == {"look_alike": "note"}
-    chosen = Question(secret, secret.id, as_built=built, provenance=replace(REGISTRY, line="Reporter", others=6))
-    (found,) = claim_reasons(chosen, MATCH)
-    assert (found.code, found.level) == ("chosen_line", "note") and "'Reporter'; 6 other badges bear" in found.text
     edited = replace(REGISTRY, file_name="Grace Hopper")
     assert codes(Question(secret, secret.id, as_built=built, provenance=edited), OTHER) == {"name": "fail"}
     assert codes(Question(ada, provenance=FROM_FILE)) == {}

@@ -12,7 +12,7 @@ import pytest
 from kit.coded_films import first_frames, written
 from kit.places import FILMS
 from kit.report_faults import SCHEMA, faults, named_only
-from moireid.provenance import Exclusion
+from moireid.provenance import Revocation
 from moireid.verifier import KnownCamera, Question, verify
 from moireid.verifier.session.result import REPORT_FORMAT
 from moireid_lab.baseline.pipeline import verify_published
@@ -34,9 +34,7 @@ def reports(tmp_path_factory) -> dict[str, dict[str, Any]]:
         "accept": verify(genuine, Question(board)).to_json(),
         "reject": verify(reversed_, Question(board)).to_json(),
         "unreadable": verify(genuine, Question(board, "00" * 8, camera=KnownCamera(1450.0))).to_json(),
-        "revoked": verify(
-            genuine, Question(board, barred=Exclusion("revoked", "2026-05-03T08:00:00Z", "lost"))
-        ).to_json(),
+        "revoked": verify(genuine, Question(board, barred=Revocation("2026-05-03T08:00:00Z", "lost"))).to_json(),
         "no face": verify(reversed_, Question(board, overlap=True)).to_json(),
         "no badge": verify(nothing, Question(board, "00" * 8)).to_json(),
         "published": verify_published(genuine, Question(board)).to_json(),

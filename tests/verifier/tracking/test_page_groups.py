@@ -126,7 +126,7 @@ def test_a_true_badge_excuses_no_forged_one_and_a_copy_rejects_no_true_one(shots
         # Both places, the rejected one first, and the true one is that of the report.
         places = [float(x) > WIDTH / 2 for x in re.findall(r"near \((\d+), ", found.text)]
         assert places == [not is_left, is_left]
-        assert (verifier.judged.region()["corners_px"][0][0] > WIDTH / 2) == is_left
+        assert (verifier.judged.region["corners_px"][0][0] > WIDTH / 2) == is_left
     verdict, running, _ = judged(beside(shots["forged left"], shots["print right"]), ada, ada.id if claimed else None)
     assert verdict == running == "reject"
 

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from kit.drawn_pages import MARKERS, apart_px, draw, filmed, nudged, seen_from
-from moireid.verifier.tracking.registration import FOLLOWED_CORRELATION, KeptTemplate, PageRegistrar
+from moireid.verifier.tracking.registration import FOLLOWED_CORRELATION, KeptTemplate, PageRegistrar, Registration
 from moireid.verifier.tracking.smeared_frames import ShakenFollower
 from moireid.verifier.tracking.track import FrameSighting, TrackEnds
 
-FPS, EXPOSURE_S = 30.0, 1 / 60
+FPS, EXPOSURE_S, NO_ROWS = 30.0, 1 / 60, np.empty((0, 0), np.float32)
 #: A marker's module in these pictures, px.
 MODULE_PX = 26.0 / 6 * 1.45
 
@@ -40,7 +40,7 @@ def follower_at(*places: np.ndarray) -> ShakenFollower:
 def course_of(*places: np.ndarray) -> TrackEnds:
     course = TrackEnds()
     for number, place in enumerate(places):
-        course.follow(FrameSighting(number, number / FPS, place))
+        course.follow(FrameSighting(number, number / FPS, Registration(place, 1.0), NO_ROWS))
     return course
 
 
@@ -70,7 +70,7 @@ def test_the_exposure_is_learnt(rng):
     for number in (2, 3):
         found = follower.find(filmed(smeared(places[number], way), rng, noise=1.0), number / FPS)
         assert found is not None
-        course.follow(FrameSighting(number, number / FPS, found.homography))
+        course.follow(FrameSighting(number, number / FPS, found, NO_ROWS))
     assert follower.exposure_s == pytest.approx(EXPOSURE_S, rel=0.15)
 
 

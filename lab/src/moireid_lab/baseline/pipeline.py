@@ -78,7 +78,7 @@ def verify_published(
     Source: module docstring.
     """
     begun = time.perf_counter()
-    film = Film(video, reduced=False)
+    film = Film(video)
     reader = read_film(film, claim, corners=corners, progress=progress)
     place, read = reader.places, reader.read
     invariant = judge(np.unwrap(reader.phases), np.array(place), read)

@@ -47,7 +47,7 @@ def judged(one: PaperFilm, folder: Path) -> Row:
         for number, grating in enumerate(badge.gratings):
             # The baseline reads a badge's first field.
             claim = Question(replace(badge, gratings=(grating,)), camera=camera)
-            published = _published(one, Film(video, reduced=False), claim, truth)
+            published = _published(one, Film(video), claim, truth)
             fields[str(grating.axis)] = published | {"ours": _ours(report, number)}
     metres = float(np.mean([-float(frame["camera_z_mm"]) for frame in truth])) / 1000
     question = next((name for name in QUESTIONS if one.set.startswith(name)), "experiment")

@@ -16,7 +16,7 @@ from pathlib import Path
 from moireid.asbuilt import AsBuilt, DatedFigures, as_built_from_json, dated_figures
 from moireid.badge import Badge, load_badge
 from moireid.errors import MoireIdError, SpecError
-from moireid.provenance import Exclusion
+from moireid.provenance import Revocation
 from moireid.registry import Record, Registry, open_registry
 from moireid_lab.baseline.corners import Corners, read_corners
 from moireid_lab.evaluation.csv_lists import read_list
@@ -34,7 +34,7 @@ class ManifestClaim:
 
     badge: Badge
     as_built: AsBuilt | None = None
-    barred: Exclusion | None = None
+    barred: Revocation | None = None
     earlier: tuple[DatedFigures, ...] = ()
 
 

@@ -8,13 +8,23 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from moireid.cli.common import ACCEPT, REJECT, bundle_option, echo, friendly, json_option, show_json, trust_option
-from moireid.cli.witness_options import WitnessCheck, require, witness_check
+from moireid.cli.common import (
+    ACCEPT,
+    REJECT,
+    bundle_option,
+    echo,
+    friendly,
+    json_option,
+    report_standing,
+    show_json,
+    trust_option,
+)
+from moireid.cli.witness_options import WitnessCheck, witness_check
 from moireid.errors import SpecError
 
 if TYPE_CHECKING:
+    from moireid.api.asking import AskingTerms
     from moireid.attest import CheckResult
-    from moireid.provenance import AuthorityKey, BadgeHolder
 
 
 #: Whom a check expected, in words.
@@ -56,14 +66,6 @@ def attest_group() -> None:
     help="Certificates of the authorities that you trust to name the signer, for --certificate-identity.",
 )
 @click.option(
-    "--authority",
-    "authority_file",
-    metavar="CERT.pem",
-    type=click.Path(path_type=Path),
-    help="Certificates of the time authority that you trust, its root among them. Without it a time stamp is not "
-    "believed.",
-)
-@click.option(
     "--registry",
     "registry_url",
     metavar="URL|FILE",
@@ -80,7 +82,6 @@ def check_command(
     key_file: Path | None,
     identity: str | None,
     issuer_file: Path | None,
-    authority_file: Path | None,
     registry_url: str | None,
     bundle_path: Path | None,
     trust: str | None,
@@ -93,17 +94,16 @@ def check_command(
     of any day, so say whom you expect: --key, or --certificate-identity with --certificate-authority. Then no registry
     and no network are needed.
 
-    With --registry or --bundle, the check also shows whether the badge is the person's, and whether it was revoked or
-    suspended or has expired since: the verdict then holds only if a time stamp shows that it is older. A registry says
-    who holds a badge, and not who signed, unless its own authority did. Verdicts of all other signers need --key or
-    --certificate-identity, too.
+    With --registry or --bundle, the check also shows whether the badge is the person's, and whether it was revoked
+    since: then the verdict does not hold. A registry says who holds a badge, and not who signed, unless its own
+    authority did. Verdicts of all other signers need --key or --certificate-identity, too.
 
-    A date counts only by a time stamp of an authority that you trust (--authority). Without one it is what the signer
-    claims.
+    The date is what the signer claims. To prove it, have FILE stamped by another program, as `openssl ts` does.
 
     Exit code 0: it holds; 1: it does not; 2: bad input, or nothing says whom to expect.
     """
-    from moireid.attest import CertificateIdentity, check, held_against, load_public_key
+    from moireid.api.asking import AskingTerms
+    from moireid.attest import CertificateIdentity, check, load_public_key
     from moireid.attest.envelope import read_envelope
     from moireid.attest.signing_keys import load_certificates
 
@@ -117,11 +117,10 @@ def check_command(
     key = load_public_key(key_file) if key_file is not None else None
     trusted = load_certificates(issuer_file) if issuer_file is not None else ()
     signer = CertificateIdentity(identity, trusted) if identity is not None else None
-    authorities = load_certificates(authority_file) if authority_file is not None else ()
-    found = check(read_envelope(envelope), film=film, key=key, identity=signer, authorities=authorities)
+    found = check(read_envelope(envelope), film=film, key=key, identity=signer)
     if registry_url is not None or bundle_path is not None:
-        answer = _answer(found, registry_url, bundle_path, trust, witness_check)
-        found = held_against(found, *answer) if answer is not None else found
+        terms = AskingTerms(trust, report_standing, witness_check.require if witness_check else None)
+        found = _held(found, registry_url, bundle_path, terms)
     _check_signer_asked(found, envelope)
     if as_json:
         show_json(found.to_json())
@@ -152,41 +151,23 @@ def _check_signer_asked(found: CheckResult, envelope: Path) -> None:
     )
 
 
-def _answer(
-    found: CheckResult,
-    registry_url: str | None,
-    bundle_path: Path | None,
-    trust: str | None,
-    witnesses: WitnessCheck | None,
-) -> tuple[BadgeHolder, AuthorityKey] | None:
-    """What a registry or its bundle says about the badge of a verdict; None where the verdict cannot be believed."""
-    if registry_url is not None and bundle_path is not None:
-        raise SpecError("--bundle replaces --registry; leave one of them out")
-    if found.report is None:
-        return None
+def _held(found: CheckResult, registry_url: str | None, bundle_path: Path | None, terms: AskingTerms) -> CheckResult:
+    """A verdict compared with what a registry or its bundle says of its badge, where it can be believed."""
+    from moireid.api.asking import asked, people_in
+    from moireid.attest import held_against
     from moireid.attest.registry_answer import badge_of
 
-    badge_id = badge_of(found.report)
-    if badge_id is None:
+    if found.report is None:
+        return found
+    if (badge_id := badge_of(found.report)) is None:
         raise SpecError(
             "this verdict names no identity, so no registry knows its badge; leave out --registry or --bundle"
         )
-    if bundle_path is not None:
-        from moireid.registry.bundle.held import Bundle
-
-        with Bundle(bundle_path, trust) as bundle:
-            require(witnesses, bundle)
-            holder, key = bundle.holder_of(badge_id), bundle.authority_key()
-    else:
-        from moireid.registry import holder_of, open_registry
-
-        with open_registry(registry_url, create=False) as registry:
-            registry.standing(trust)
-            require(witnesses, registry)
-            holder, key = holder_of(registry, badge_id), registry.authority_key()
+    with asked(registry_url, bundle_path, terms) as (held, _):
+        holder, key = people_in(held).holder(badge_id), held.authority_key()
     if holder is None:
         raise SpecError(f"no one there holds badge {badge_id}; name the registry that issued it")
-    return holder, key
+    return held_against(found, holder, key)
 
 
 def lines_of(found: CheckResult) -> list[str]:
@@ -204,10 +185,10 @@ def lines_of(found: CheckResult) -> list[str]:
         *faults,
         f"  film: SHA-256 {film['sha256']}; {same[film['same']]}{_track(film['tracks'])}",
         f"  who: {_who(document['signer'])}",
-        f"  when: {_when(document['time'])}",
+        f"  when: {document['time']}, by the signer's own clock, which the signer can set",
         f"  with: moireid {document['moireid']}",
         f"  registry: {_registry(document['registry'])}",
-        *([f"  badge now: {_now(document['badge_now'], found.holds)}"] if document["badge_now"] else []),
+        *([f"  badge now: {_now(document['badge_now'])}"] if document["badge_now"] else []),
     ]
 
 
@@ -231,21 +212,8 @@ def _who(signer: dict[str, Any]) -> str:
     )
 
 
-def _when(time: dict[str, Any]) -> str:
-    if time["source"] == "time stamp":
-        return f"{time['at']} at the latest, by the time stamp of the given authority"
-    own = f"claimed by the signer: {time['attested_at']}, by the signer's own clock, which the signer can set"
-    if time["stamped_at"] is None:
-        return own
-    return f"{own}; a time stamp says {time['stamped_at']}, and is not believed unless you give --authority"
-
-
-def _now(now: dict[str, Any], holds: bool) -> str:
-    if now["counts"]:
-        return "it still counts"
-    since = f", compromised since {now['compromised_since']}" if now["compromised_since"] else ""
-    kept = "; this verdict is older, as its time stamp shows" if holds else ""
-    return f"{now['code']} ({now['at']}){since}{kept}"
+def _now(now: dict[str, Any]) -> str:
+    return "it still counts" if now["counts"] else f"revoked on {now['revoked_at']}"
 
 
 def _registry(registry: dict[str, str | None] | None) -> str:

@@ -34,12 +34,6 @@ OPTIONS = (
         help="Write the signed verdict here: an in-toto statement in a DSSE envelope, for `moireid attest check`.",
     ),
     click.option(
-        "--timestamp",
-        "timestamp_url",
-        metavar="URL",
-        help="Have the signature of --attest stamped with the time by this authority (RFC 3161).",
-    ),
-    click.option(
         "--c2pa",
         "form",
         type=click.Choice(["sidecar", "embed"]),
@@ -62,7 +56,6 @@ class Signing:
 
     key: SigningKey
     attest_file: Path | None
-    timestamp_url: str | None
     form: Form | None
 
     def write(self, document: dict[str, Any], video: Path) -> dict[str, Any]:
@@ -86,12 +79,9 @@ class Signing:
         from moireid.attest import check, signed_envelope
         from moireid.attest.envelope import read_envelope
         from moireid.attest.statement import statement
-        from moireid.attest.timestamp import ask_for_stamp
         from moireid.files import whole_file
 
-        url = self.timestamp_url
-        stamp = (lambda signature: ask_for_stamp(url, signature)) if url is not None else None
-        text = signed_envelope(statement(report, video.name), self.key, stamp)
+        text = signed_envelope(statement(report, video.name), self.key)
         with whole_file(path) as temporary:
             temporary.write_text(text, encoding="utf-8")
             found = check(read_envelope(temporary), film=video, key=self.key.public)
@@ -113,7 +103,6 @@ def planned_signing(
     video: Path,
     key_file: Path | None,
     attest_file: Path | None,
-    timestamp_url: str | None,
     form: Form | None,
     *,
     overwrite: bool,
@@ -125,14 +114,12 @@ def planned_signing(
     Raises: SpecError, MissingExtraError if it cannot be signed, before any work is done.
     """
     if key_file is None:
-        for value, name in ((attest_file, "--attest"), (timestamp_url, "--timestamp"), (form, "--c2pa")):
+        for value, name in ((attest_file, "--attest"), (form, "--c2pa")):
             if value is not None:
                 raise SpecError(f"{name} needs a key to sign with; add --sign KEY.pem")
         return None
     if attest_file is None and form is None:
         raise SpecError("--sign needs a place for the signed verdict; add --attest FILE, or --c2pa sidecar|embed")
-    if timestamp_url is not None and attest_file is None:
-        raise SpecError("--timestamp stamps the signature of --attest; add --attest FILE, or leave it out")
     from moireid.attest import load_signing_key
     from moireid.attest.credentials import check_credentials_key, credentials_path
     from moireid.files import planned
@@ -143,4 +130,4 @@ def planned_signing(
     outputs = [attest_file] if attest_file is not None else []
     outputs += [credentials_path(video, form)] if form is not None else []
     planned(outputs, overwrite=overwrite, kept=[video, key_file, *kept])
-    return Signing(key, attest_file, timestamp_url, form)
+    return Signing(key, attest_file, form)

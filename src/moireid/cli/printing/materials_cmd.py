@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import textwrap
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +14,7 @@ from moireid.cli.common import (
     FolderPath,
     echo,
     friendly,
+    in_options,
     json_option,
     overwrite_option,
     paper_option,
@@ -47,7 +48,7 @@ WIDE = 100
 @click.option("--lens", envvar="MOIREID_LENS", metavar="LABEL|FILE", help="Another lens sheet than the format's.")
 @click.option(
     "--mount",
-    type=click.Choice(["lanyard", "clip", "stand", "holder", "acrylic", "none"]),
+    type=click.Choice(["lanyard", "clip", "stand", "acrylic", "none"]),
     show_default="none where holders of that size are sold, else lanyard",
     help="What holds the badges: a printed mount, one cut from acrylic, or with none, a holder that is bought.",
 )
@@ -68,7 +69,7 @@ WIDE = 100
     metavar="WxH",
     help="Size of a lens sheet in mm: first across the lenses, then along them.",
 )
-@click.option("--out", "folder", type=FolderPath(), help="Folder for shopping list (PDF, CSV) and cutting plan (PDF).")
+@click.option("--out", "folder", type=FolderPath(), help="Folder for shopping list (CSV) and cutting plan (PDF).")
 @overwrite_option
 @json_option
 @friendly
@@ -110,6 +111,7 @@ def materials_command(
     badge = load_badge(badge_file) if badge_file is not None else usual_badge(format_name or "", lens, paper)
     count = 1 if people is None else people
     found = list_for(badge, count, mount=mount, spare_share=spare_percent / 100, sheet_mm=sheet_mm)
+    found = replace(found, notes=tuple(map(in_options, found.notes)))
     files: dict[str, Path] = {}
     if folder is not None:
         from moireid.fabrication.shopping.shopping_files import write_shopping
@@ -131,7 +133,7 @@ def materials_command(
     for path in files.values():
         echo(f"  {path}")
     if not files:
-        echo("Give --out FOLDER for the list as PDF and CSV, and for the cutting plan.")
+        echo("Give --out FOLDER for the list as CSV, and for the cutting plan.")
 
 
 def _show_list(found: ShoppingList) -> None:

@@ -22,7 +22,7 @@ SHOWN = 10
 
 
 def print_people(
-    order: Order, people_csv: Path, folder: Path, registry_url: str | None, expires: str | None, how: dict[str, Any]
+    order: Order, people_csv: Path, folder: Path, registry_url: str | None, how: dict[str, Any]
 ) -> tuple[dict[str, Any], list[str], list[tuple[str, str]]]:
     """Plan, make and enter the badges of a list; all rows are checked before any badge is made.
 
@@ -68,9 +68,7 @@ def print_people(
                 folder,
                 parts=parts,
                 kept=kept,
-                before_moving=(
-                    (lambda: registry.enroll_many(badges, warned=True, expires=expires)) if registry else None
-                ),
+                before_moving=((lambda: registry.enroll_many(badges)) if registry else None),
                 progress=progress,
                 processes=os.cpu_count() or 1,
                 **how,

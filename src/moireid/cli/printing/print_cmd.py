@@ -12,7 +12,6 @@ from moireid.cli.common import (
     GroupedCommand,
     echo,
     echo_lines,
-    expires_option,
     friendly,
     in_options,
     json_option,
@@ -60,7 +59,6 @@ if TYPE_CHECKING:
 @order_options
 @scale_option
 @click.option("--explain", is_flag=True, help="Show the figures of the design.")
-@expires_option
 @overwrite_option
 @json_option
 @click.pass_context
@@ -74,7 +72,6 @@ def print_command(
     registry_url: str | None,
     measured_scale: tuple[float, float],
     explain: bool,
-    expires: str | None,
     overwrite: bool,
     as_json: bool,
     mount_mm: tuple[tuple[str, Any], ...],
@@ -115,8 +112,6 @@ def print_command(
 
     if sum(one is not None for one in (name, people_csv, again)) != 1:
         raise SpecError("give either the NAME of one person, --people with a CSV file of many, or --again")
-    if expires is not None:
-        _check_expiry(expires, registry_url)
     if wish["payload"] is not None and people_csv is not None:
         raise SpecError("--payload is for one person; give the payloads in a column of the CSV file")
     badge, figures = None, dict(mount_mm)
@@ -127,9 +122,9 @@ def print_command(
         order = Order("Everybody" if name is None else name, mount_mm=figures, **wish)
     how = {"measured_scale": measured_scale, "overwrite": overwrite}
     if people_csv is None:
-        document, lines, rows = print_one(order, folder, registry_url, expires, how, badge)
+        document, lines, rows = print_one(order, folder, registry_url, how, badge)
     else:
-        document, lines, rows = print_people(order, people_csv, folder, registry_url, expires, how)
+        document, lines, rows = print_people(order, people_csv, folder, registry_url, how)
     if as_json:
         show_json(document | {"measured_scale": measured_scale, "explain": dict(rows)})
         return
@@ -154,20 +149,10 @@ def _kept_wishes(context: click.Context, wish: dict[str, Any]) -> dict[str, Any]
     return {what: wish[what] for what in kept}
 
 
-def _check_expiry(expires: str, registry_url: str | None) -> None:
-    """Raise SpecError if the day is not in the future, or if there is no registry to store it."""
-    from moireid.registry.changes import expiry_day
-
-    expiry_day(expires)
-    if registry_url is None:
-        raise SpecError("--expires is kept by a registry; give --registry with it, or give it to moireid enroll")
-
-
 def print_one(
     order: Order,
     folder: Path,
     registry_url: str | None,
-    expires: str | None,
     how: dict[str, Any],
     again: Badge | None = None,
 ) -> tuple[dict[str, Any], list[str], list[tuple[str, str]]]:
@@ -203,7 +188,7 @@ def print_one(
                 folder,
                 parts=package.parts,
                 kept=order.files,
-                before_moving=(lambda: registry.enroll(badge, warned=True, expires=expires)) if registry else None,
+                before_moving=(lambda: registry.enroll(badge)) if registry else None,
                 progress=lambda file: show(f"making {file}"),
                 **how,
             )

@@ -20,7 +20,7 @@ TEMPLATES = ("plain", "conference", "newsroom", "court", "webcam", "banner", "ca
 PICTURE = click.Path(path_type=Path, dir_okay=False)
 #: The headings of the help, and the options below each.
 GROUPS = {
-    "What is made": "out people again payload registry expires overwrite explain json help",
+    "What is made": "out people again payload registry overwrite explain json help",
     "Size and distance": "format orientation size range",
     "Looks": "template line logo portrait color",
     "Sheet and fringes": "lens lens-thickness front axes markers",
@@ -157,10 +157,9 @@ OPTIONS = [
     form_option,
     click.option(
         "--mount",
-        type=click.Choice(["lanyard", "clip", "stand", "holder", "none"]),
+        type=click.Choice(["lanyard", "clip", "stand", "none"]),
         show_default="lanyard; with --people none",
-        help="What holds the badge; it comes as parts to 3D-print and as an acrylic stack to laser-cut. Into a "
-        "holder a finished badge is pressed.",
+        help="What holds the badge; it comes as parts to 3D-print and as an acrylic stack to laser-cut.",
     ),
     click.option(
         "--mount-figure",

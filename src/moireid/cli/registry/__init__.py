@@ -1,6 +1,6 @@
 """`moireid registry`: its commands.
 
-records.py  init, list, show, forget; log, erase; revoke, suspend, reinstate
+records.py  init, list, show, forget; log, erase; revoke
 checks.py   audit, checkpoint, publish
 copies.py   export, import
 """

@@ -23,7 +23,7 @@ from moireid.cli.common import (
     show_json,
 )
 from moireid.cli.registry.records import registry_command
-from moireid.cli.witness_options import quorum_of, quorum_option
+from moireid.cli.witness_options import witness_option
 from moireid.errors import SpecError
 
 if TYPE_CHECKING:
@@ -46,7 +46,7 @@ def _out_option(what: str) -> Callable[[Callable[..., None]], Callable[..., None
     multiple=True,
     help="A checkpoint that somebody else kept. The log must still begin as it says. May be given several times.",
 )
-@quorum_option
+@witness_option
 def registry_audit(
     registry: Registry,
     kept: tuple[Path, ...],
@@ -60,17 +60,18 @@ def registry_audit(
     checkpoint (`moireid registry checkpoint`). Give it as --since: this proves that the log was not shortened, replaced
     or rewritten since then.
 
-    With --witness-key, enough witnesses must have signed one of the checkpoints of --since.
+    With --witness-key, all witnesses must have signed one of the checkpoints of --since.
 
     Exit code 0: sound; 1: something is wrong; 2: bad input.
     """
     from moireid.registry.checkpoints.checkpoint import read_checkpoint
+    from moireid.registry.checkpoints.cosignature import witness_keys as read_keys
 
-    quorum = quorum_of(witness_keys)
-    if quorum is not None and not kept:
+    witnesses = read_keys(witness_keys)
+    if witnesses and not kept:
         raise SpecError("--witness-key needs what the witnesses signed; add --since FILE")
     with progress_bar("checking the registry") as progress:
-        seen, shown = registry.audit(progress, list(map(read_checkpoint, kept)), quorum), registry.shown_url
+        seen, shown = registry.audit(progress, list(map(read_checkpoint, kept)), witnesses), registry.shown_url
     if as_json:
         show_json(seen.to_json() | {"registry": shown})
     else:
@@ -86,10 +87,8 @@ def registry_audit(
         if seen.found > SHOWN:
             echo(f"  and {seen.found - SHOWN} more")
         if seen.witnessed is not None:
-            part = seen.witnessed
-            signers = ", ".join(f"{name} on {at}" for name, at in part["signers"].items())
-            count = f"{len(part['signers'])} of {part['named']}, {part['needed']} needed"
-            echo(f"witnesses have seen {part['size']} of {seen.entries} entries: {signers} ({count})")
+            signers = ", ".join(f"{name} on {at}" for name, at in seen.witnessed["signers"].items())
+            echo(f"witnesses have seen {seen.witnessed['size']} of {seen.entries} entries: {signers}")
         echo(f"head: {seen.head or 'none that can be trusted'}")
     sys.exit(ACCEPT if seen.sound else REJECT)
 
@@ -161,10 +160,12 @@ def registry_publish(
 
     kept = None if source is None else read_checkpoint(source)
     with progress_bar("sealing identities") as progress:
-        made = registry.publish(path, specimen_of, days=days, overwrite=overwrite, progress=progress, checkpoint=kept)
+        people, expires = registry.publish(
+            path, specimen_of, days=days, overwrite=overwrite, progress=progress, checkpoint=kept
+        )
         fingerprint = registry.fingerprint
     if as_json:
-        document = {"file": str(path), "people": made.people, "head": made.head, "expires": made.expires}
+        document = {"file": str(path), "people": people, "head": registry.head(), "expires": expires}
         show_json(document | {"fingerprint": fingerprint})
     else:
-        echo(f"{path}: {made.people} people, counts until {made.expires}, signed by {fingerprint}")
+        echo(f"{path}: {people} people, counts until {expires}, signed by {fingerprint}")

@@ -1,4 +1,4 @@
-"""registry export, import: copies of a registry as JSON files, also under another key."""
+"""registry export, import: copies of a registry in files, also under another key."""
 
 from __future__ import annotations
 
@@ -29,9 +29,13 @@ if TYPE_CHECKING:
 @registry_command("export", overwrite_option)
 @click.argument("path", type=click.Path(path_type=Path, dir_okay=False))
 def registry_export(registry: Registry, path: Path, overwrite: bool, as_json: bool) -> None:
-    """Write the records, the log and the public key to a JSON file."""
+    """Write a checked copy of records, log and public key to a file.
+
+    The file is a registry in SQLite's format, which can be asked as any other; without the private key it can only be
+    read.
+    """
     with progress_bar("exporting") as progress:
-        count = registry.export_json(path, overwrite=overwrite, progress=progress)
+        count = registry.export(path, overwrite=overwrite, progress=progress)
         if as_json:
             show_json({"registry": registry.shown_url, "badges": count, "file": str(path)})
         else:

@@ -2,7 +2,7 @@
 
 init, list, show, forget        the records, and the remembered state of each registry
 log, erase                      what was done and by whom; a person's data erased
-revoke, suspend, reinstate      whether a badge counts after its issue
+revoke                          a badge counts no more
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ from moireid.cli.common import (
 from moireid.errors import SpecError
 
 if TYPE_CHECKING:
-    from moireid.registry import Record, Registry
+    from moireid.registry import Registry
 
 
 @click.group("registry")
 def registry_group() -> None:
-    """Look after the registry of badges: list, show, suspend, revoke, audit."""
+    """Look after the registry of badges: list, show, revoke, audit."""
 
 
 def registry_command(
@@ -98,7 +98,7 @@ def registry_list(registry: Registry, as_json: bool) -> None:
         return
     for record in registry.records():
         barred = record.barred()
-        state = f"  {barred.code} {barred.at}" if barred else ""
+        state = f"  revoked {barred.at}" if barred else ""
         line = f", {record.line}" if record.line else ""
         echo(f"{record.id}  {record.issued_at}  {record.name}{line}{state}")
 
@@ -108,8 +108,7 @@ def registry_list(registry: Registry, as_json: bool) -> None:
 def registry_show(registry: Registry, claim: str, as_json: bool) -> None:
     """Show one person's record.
 
-    Give the name exactly as it was entered, or the badge's id. Of people of one name, give "NAME, LINE" with the line
-    below it.
+    Give the name exactly as it was entered, or the badge's id.
     """
     import json
 
@@ -122,13 +121,7 @@ def registry_show(registry: Registry, claim: str, as_json: bool) -> None:
         return
     echo(f"{record.name} holds badge {record.id} since {record.issued_at}")
     if record.revoked_at is not None:
-        since = f", compromised since {record.compromised_since}" if record.compromised_since else ""
-        echo(f"revoked on {record.revoked_at}{since}: {record.revoked_reason}")
-    elif record.suspended_at is not None:
-        echo(f"suspended on {record.suspended_at}: {record.suspended_reason}")
-    if record.expires is not None:
-        over = (barred := record.barred()) is not None and barred.code == "expired"
-        echo(f"expired on {record.expires}" if over else f"counts until the end of {record.expires}")
+        echo(f"revoked on {record.revoked_at}: {record.revoked_reason}")
     if record.as_built is not None:
         why = f": {record.as_built_reason}" if record.as_built_reason else ""
         how = ", seen in a live check" if json.loads(record.as_built).get("witnessed") else ""
@@ -225,49 +218,14 @@ def registry_erase(registry: Registry, claim: str, sure: bool, as_json: bool) ->
 @click.option(
     "--reason", required=True, metavar="TEXT", help="Why, on one line. Everyone who verifies the badge sees it."
 )
-@click.option(
-    "--since",
-    metavar="DATE",
-    help="The day from which on it may have been in other hands, such as 2026-05-01, where you know it.",
-)
-def registry_revoke(registry: Registry, claim: str, reason: str, since: str | None, as_json: bool) -> None:
+def registry_revoke(registry: Registry, claim: str, reason: str, as_json: bool) -> None:
     """Revoke one person's badge, for good.
 
-    Every later verification rejects it, of older films too, as a film's date can be forged; it also shows --since.
-    Give the name exactly as it was entered, or the badge's id.
+    Every later verification rejects it, of older films too, as a film's date can be forged. Give the name exactly as it
+    was entered, or the badge's id.
     """
-    record = registry.revoke(claim, reason, since)
-    _show_state(registry, record, f"is revoked since {record.revoked_at}", as_json=as_json)
-
-
-@registry_command("suspend", writes=True)
-@click.argument("claim", metavar="NAME|ID")
-@click.option(
-    "--reason", required=True, metavar="TEXT", help="Why, on one line. Everyone who verifies the badge sees it."
-)
-def registry_suspend(registry: Registry, claim: str, reason: str, as_json: bool) -> None:
-    """Suspend one person's badge, until it is reinstated.
-
-    Every verification meanwhile rejects it, of older films too. Give the name exactly as it was entered, or the badge's
-    id.
-    """
-    record = registry.suspend(claim, reason)
-    _show_state(registry, record, f"is suspended since {record.suspended_at}", as_json=as_json)
-
-
-@registry_command("reinstate", writes=True)
-@click.argument("claim", metavar="NAME|ID")
-def registry_reinstate(registry: Registry, claim: str, as_json: bool) -> None:
-    """End the suspension of one person's badge.
-
-    A revoked badge stays revoked. Give the name exactly as it was entered, or the badge's id.
-    """
-    _show_state(registry, registry.reinstate(claim), "is no longer suspended", as_json=as_json)
-
-
-def _show_state(registry: Registry, record: Record, what: str, *, as_json: bool) -> None:
-    """Print the new state of a record."""
+    record = registry.revoke(claim, reason)
     if as_json:
         show_json(record.summary() | {"registry": registry.shown_url})
     else:
-        echo(f"badge {record.id} of {record.name} {what}")
+        echo(f"badge {record.id} of {record.name} is revoked since {record.revoked_at}")

@@ -92,7 +92,7 @@ GROUPS = {
     "The film": "focal-px camera track unsealed pipeline",
     "What an acceptance needs": "level cover strength overlap",
     "Output": "report overwrite json",
-    "Signed verdict": "sign attest timestamp c2pa",
+    "Signed verdict": "sign attest c2pa",
 }
 
 
@@ -153,7 +153,6 @@ def verify_command(
     as_json: bool,
     key_file: Path | None,
     attest_file: Path | None,
-    timestamp_url: str | None,
     form: Form | None,
 ) -> None:
     """Check a film: is the badge real, and is it the claimed one?
@@ -170,7 +169,7 @@ def verify_command(
     if key_file is not None and unsealed:
         raise SpecError("--sign reads the film apart from the key, and --unsealed does not; leave one of them out")
     kept = [*wish.files, video, key_file]
-    signing = planned_signing(video, key_file, attest_file, timestamp_url, form, overwrite=overwrite, kept=kept)
+    signing = planned_signing(video, key_file, attest_file, form, overwrite=overwrite, kept=kept)
     films = sealed_reader([video], unsealed=unsealed)
     with wish.asked() as (found, look_up), films as reader:
         question = replace(

@@ -67,7 +67,7 @@ class BuildPlan:
     @property
     def stopped(self) -> bool:
         """Whether a printed tray's stops set place and angle of page and sheet; pieces that are turned reach none."""
-        return self.mount not in ("none", "holder") and not has_turned(self.badge)
+        return self.mount != "none" and not has_turned(self.badge)
 
     @property
     def look_m(self) -> float:
@@ -92,11 +92,10 @@ def needs(build: BuildPlan) -> list[str]:
         found.append(f"Clear adhesive film, {figures.adhesive_mm:g} mm thick, or a sheet with adhesive on its back")
     if build.mount != "none":
         lanyard = "; a lanyard with two hooks" if build.slots == 2 else "; a lanyard"
-        extra = lanyard if build.mount in ("lanyard", "holder") else ""
+        extra = lanyard if build.mount == "lanyard" else ""
         second = {"clip": ", with its clip", "stand": ", with its stand"}.get(build.mount, "")
-        what = "snap-in holder" if build.mount == "holder" else "mount"
         found.append(
-            f"The {what}, 3D-printed from mount.3mf, or from mount*.stl, not turned, no supports{second}{extra}"
+            f"The mount, 3D-printed from mount.3mf, or from mount*.stl, not turned, no supports{second}{extra}"
         )
     tape = ", clear tape" if any("tape" in step.words for step in steps(build)) else ""
     found.append(f"A ruler of 15 cm or more, a sharp knife{tape}, and a phone that films")
@@ -198,8 +197,6 @@ def steps(build: BuildPlan) -> list[Step]:
     # The stops of a tray set the angle, so that there is nothing to turn.
     fixed = _fixed(build, front)
     found += [fixed, *looks] if build.stopped else [*looks, fixed]
-    if build.mount == "holder":
-        found.append(_pressed(build))
     if build.mount != "none":
         found.append(_carried(build))
     return [
@@ -275,14 +272,14 @@ def _fixed(build: BuildPlan, front: str) -> Step:
             "that edge down. Then pull the liner out from below, and rub from there to the other side: no bubbles."
         )
         return Step("Glue it", words, partial(sketches.lay, badge))
-    if build.mount not in ("none", "holder"):
+    if build.mount != "none":
         words = (
             f"{taped}Slide card and {front} together into the mount from the top. Push both down, and to the left as "
             "you see them: the stops there set place and angle. Springs press them on each other; no air may stay "
             "between."
         )
         return Step("Put it into the mount", words + seam, partial(sketches.held, badge, taped=False))
-    if build.acrylic and build.mount != "holder":
+    if build.acrylic:
         words = (
             f"{taped}Lay card and {front} into the acrylic frame, then film and cover on it, and tighten the screws by "
             "turns."
@@ -290,15 +287,6 @@ def _fixed(build: BuildPlan, front: str) -> Step:
         return Step("Close the stack", words + seam, partial(sketches.held, badge, taped=True))
     words = f"Hold the {front}, and put clear tape along its left and right edge, 2 mm wide. No air may stay between."
     return Step("Fix it", taped.strip() or words + seam, partial(sketches.held, badge, taped=True))
-
-
-def _pressed(build: BuildPlan) -> Step:
-    words = (
-        "Lay the finished badge on the holder, square to its rim, and press first its left edge and then its right "
-        "one down until the catches snap over it. To take it out, push a thumb through the back, next to the right "
-        "edge."
-    )
-    return Step("Press it into the holder", words, sketches.pressed)
 
 
 def _carried(build: BuildPlan) -> Step:

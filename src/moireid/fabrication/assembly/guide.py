@@ -7,9 +7,9 @@ pieces of lens sheet follow in true size.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
+from xml.sax.saxutils import escape
 
 import numpy as np
 
@@ -26,6 +26,8 @@ from moireid.files import whole_file
 from moireid.profiles import PAPERS_MM
 
 if TYPE_CHECKING:
+    from reportlab.platypus import Paragraph
+
     from moireid.fabrication.solid_parts import SolidPart
 
 #: Solids as they are drawn, by "printed" or "acrylic", and by their names.
@@ -92,50 +94,36 @@ def _draw_parts(sheet: PdfPage, build: BuildPlan, views: list[tuple[str, list[Pa
         draw_exploded(sheet, parts, (x, TOP_MM + 19, x + each, words_top - 6))
 
 
-def _listed(heading: str, lines: Sequence[str]) -> list[Words]:
+def _listed(heading: str, lines: Sequence[str]) -> list[Paragraph]:
     """A heading with its list."""
-    return [Words(heading, bold=True), *(Words(line, bullet="•") for line in lines)]
+    return [_paragraph(heading, bold=True), *(_paragraph(line, bullet="•") for line in lines)]
 
 
-@dataclass(frozen=True)
-class Words:
-    """A paragraph; bullet: left of it, and the paragraph is then indented."""
+def _paragraph(text: str, *, bold: bool = False, bullet: str = "") -> Paragraph:
+    """A heading, or a paragraph; bullet: left of it, and the paragraph is then indented."""
+    from reportlab.lib.styles import ParagraphStyle
+    from reportlab.platypus import Paragraph
 
-    text: str
-    bold: bool = False
-    bullet: str = ""
-
-    @property
-    def font(self) -> tuple[str, float]:
-        """Its font, and that font's size in points."""
-        return (BOLD, POINTS + 2.0) if self.bold else (REGULAR, POINTS)
-
-    def lines(self, wide_mm: float) -> list[str]:
-        """Its lines in a column of that width, mm."""
-        from reportlab.lib.utils import simpleSplit
-
-        return list(simpleSplit(self.text, *self.font, wide_mm * POINTS_PER_MM - (INDENT_POINTS if self.bullet else 0)))
-
-    def tall_mm(self, wide_mm: float) -> float:
-        """Its height in a column of that width, space before and after it included, mm."""
-        return (1.3 * self.font[1] * len(self.lines(wide_mm)) + (9.0 if self.bold else 2.0)) / POINTS_PER_MM
+    points, before, after = (POINTS + 2.0, 6.0, 3.0) if bold else (POINTS, 0.0, 2.0)
+    style = ParagraphStyle("", fontName=BOLD if bold else REGULAR, fontSize=points, leading=1.3 * points)
+    style.spaceBefore, style.spaceAfter, style.leftIndent = before, after, INDENT_POINTS if bullet else 0.0
+    style.bulletFontName, style.bulletFontSize = REGULAR, points
+    return Paragraph(escape(text), style, bulletText=bullet or None)
 
 
-def _tall_mm(words: Sequence[Words], wide_mm: float) -> float:
-    """Height of paragraphs below each other, mm."""
-    return sum(one.tall_mm(wide_mm) for one in words)
+def _tall_mm(words: Sequence[Paragraph], wide_mm: float) -> float:
+    """Height of paragraphs below each other in a column of that width, mm."""
+    tall = (one.wrap(wide_mm * POINTS_PER_MM, 0)[1] + one.style.spaceBefore + one.style.spaceAfter for one in words)
+    return float(sum(tall)) / POINTS_PER_MM
 
 
-def _draw_words(sheet: PdfPage, words: Sequence[Words], x: float, top: float, wide_mm: float) -> None:
+def _draw_words(sheet: PdfPage, words: Sequence[Paragraph], x: float, top: float, wide_mm: float) -> None:
     """Draw paragraphs below each other from a place on, mm."""
+    y = (sheet.height_mm - top) * POINTS_PER_MM
     for one in words:
-        (font, points), indent = one.font, INDENT_POINTS if one.bullet else 0.0
-        y = top + ((6.0 if one.bold else 0.0) + points) / POINTS_PER_MM
-        sheet.text(x, y, one.bullet, points=points, font=font, align="left")
-        for line in one.lines(wide_mm):
-            sheet.text(x + indent / POINTS_PER_MM, y, line, points=points, font=font, align="left")
-            y += 1.3 * points / POINTS_PER_MM
-        top += one.tall_mm(wide_mm)
+        y -= one.style.spaceBefore + one.wrap(wide_mm * POINTS_PER_MM, 0)[1]
+        one.drawOn(sheet.canvas, x * POINTS_PER_MM, y)
+        y -= one.style.spaceAfter
 
 
 def _draw_steps(sheet: PdfPage, found: list[Step]) -> None:
@@ -143,7 +131,9 @@ def _draw_steps(sheet: PdfPage, found: list[Step]) -> None:
     width, height = sheet.page_mm
     sheet.text(LEFT_MM, TOP_MM - 4, "Step by step", points=16, font=BOLD, align="left")
     wide = (width - 2 * LEFT_MM - COLUMN_GAP_MM * (STEPS_ACROSS - 1)) / STEPS_ACROSS
-    words = [[Words(f"{k}.  {step.title}", bold=True), Words(step.words)] for k, step in enumerate(found, start=1)]
+    words = [
+        [_paragraph(f"{k}.  {step.title}", bold=True), _paragraph(step.words)] for k, step in enumerate(found, start=1)
+    ]
     rows = [range(k, min(k + STEPS_ACROSS, len(found))) for k in range(0, len(found), STEPS_ACROSS)]
     needed = [max(_tall_mm(words[k], wide) for k in row) for row in rows]
     # The pictures share what the words leave.

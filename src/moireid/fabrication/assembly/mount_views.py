@@ -22,7 +22,6 @@ from moireid.fabrication.assembly.exploded import (
     project,
 )
 from moireid.fabrication.printed.mount import MountPlan
-from moireid.fabrication.printed.snap import SnapPlan
 from moireid.fabrication.process_figures import MountProcess
 
 #: Gaps other than the usual one: screws need less; a clip and a tab need more, because the parts before them would hide
@@ -36,12 +35,6 @@ def printed_parts(badge: Badge, mount: MountPlan, process: MountProcess, drawn: 
     """The printed mount with card and front; drawn: its solids, as `solid_views.drawn_solids` gives them."""
     plan, second = mount
     tab = TAB_GAP if plan.slots else GAP
-    if isinstance(plan, SnapPlan):
-        size = f"{plan.nose_top + process.back_mm:.1f} mm deep, back {process.back_mm:g} mm"
-        return [
-            Part("snap-in holder, 3D-printed", size, (drawn["holder"],), 0.88, gap=tab),
-            *plain_parts(badge, process),
-        ]
     behind = []
     if second:
         gap = CLIP_GAP if second.name == "clip" else GAP

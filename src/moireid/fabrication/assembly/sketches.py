@@ -277,23 +277,6 @@ def _along(corners: Sequence[Point], side: int, wide: float) -> list[Point]:
     return [(ax + x, ay + y), (bx + x, by + y), (bx - x, by - y), (ax - x, ay - y)]
 
 
-def pressed(sheet: PdfPage, area: Rect) -> None:
-    """A snap-in holder from below its edge: the badge pressed between its catches, a thumb's way out behind."""
-    x0, x1, y = area[0] + 5, area[2] - 5, area[3] - 7
-    hole = x1 - 9
-    for left, right in ((x0, hole - 2.5), (hole + 2.5, x1)):
-        sheet.path(_box(left, y, right, y + 2), 0.75, 0.2)
-    for side, edge in ((-1, x0), (1, x1)):
-        # The catch next to the plate: upright, with a nose that is a ramp above and rises below.
-        catch = [(0.6, 2.0), (0.6, -2.4), (-0.6, -3.6), (-0.6, -4.2), (0.6, -5.4), (2.2, -5.4), (2.2, 2.0)]
-        sheet.path([(edge + side * across, y + down) for across, down in catch], 0.6, 0.2)
-    lift = y - 9.0
-    sheet.path(_box(x0, lift, x1, lift + 1.6), 0.95, 0.0)
-    for x in (x0 + 4, x1 - 4):
-        arrow(sheet, (x, lift - 5.5), (x, lift - 0.8))
-    arrow(sheet, (hole, area[3]), (hole, y + 0.5))
-
-
 def carried(badge: Badge, kind: str, slots: int, sheet: PdfPage, area: Rect) -> None:
     """The badge as it is worn, or on its stand; slots: lanyard slots of a mount."""
     if kind == "stand":

@@ -86,9 +86,9 @@ def _write_words(sheet: PdfPage, chart: Badge) -> None:
         chart.squares.centers_mm[3][1] - 10.0,
         room_mm,
         [
-            "3. Photograph the whole board with all four squares. Leave the lowest row of patches free:",
+            "3. Photograph the whole chart with all four squares. Leave the lowest row of patches free:",
             "it shows by how much the printer widens lines.",
-            f"Then:  moireid calibrate PHOTO --chart {JSON} --out my-lens.json",
+            f"Then:  moireid calibrate PHOTO --chart {JSON} --out sheet.json",
         ],
     )
     draw_upright(sheet, [line for patch in ink_patches(chart) for line in patch.lines_mm], "x")

@@ -47,14 +47,6 @@ class Fill:
 
 
 @dataclass(frozen=True)
-class Row:
-    """A row of words."""
-
-    words: SetWords
-    colour: Colour | None = None
-
-
-@dataclass(frozen=True)
 class Pasted:
     """A picture, RGBA, stretched over a rectangle."""
 
@@ -62,7 +54,7 @@ class Pasted:
     rect_mm: Rect
 
 
-Mark = Fill | Row | Pasted
+Mark = Fill | SetWords | Pasted
 
 
 def marks(badge: Badge) -> list[Mark]:
@@ -73,7 +65,7 @@ def marks(badge: Badge) -> list[Mark]:
     found = marker_marks(badge)
     worn = look_of(badge)
     if worn is None:
-        return found + [Row(row) for row in _name_and_id(badge)]
+        return [*found, *_name_and_id(badge)]
     return found + [mark for piece in pieces_of(badge, worn) for mark in _marks_of(badge, piece)]
 
 
@@ -88,9 +80,8 @@ def draw_marks(sheet: PdfPage, found: Iterable[Mark]) -> None:
     for mark in found:
         if isinstance(mark, Fill):
             sheet.fill(list(mark.rects_mm), grey=float(mark.paper), colour=mark.colour)
-        elif isinstance(mark, Row):
-            row = mark.words
-            sheet.line(row.x_mm, row.baseline_mm, row.line, points=row.points, colour=mark.colour)
+        elif isinstance(mark, SetWords):
+            sheet.line(mark.x_mm, mark.baseline_mm, mark.line, points=mark.points, colour=mark.colour)
         else:
             sheet.picture(mark.picture, mark.rect_mm)
 
@@ -111,10 +102,9 @@ def paint_marks(picture: Image.Image, found: Iterable[Mark], corner_mm: Point, p
             for x0, y0, x1, y1 in map(pixels, mark.rects_mm):
                 box = (x0, y0, max(x1 - 1, x0), max(y1 - 1, y0))
                 draw.rectangle(box, fill=fill(mark.colour, paper=mark.paper))
-        elif isinstance(mark, Row):
-            row = mark.words
-            x, y = ((place - corner_mm[k]) * px_per_mm for k, place in enumerate((row.x_mm, row.baseline_mm)))
-            if (masked := line_mask(row.line, row.points * MM_PER_POINT * px_per_mm, x, y)) is not None:
+        elif isinstance(mark, SetWords):
+            x, y = ((place - corner_mm[k]) * px_per_mm for k, place in enumerate((mark.x_mm, mark.baseline_mm)))
+            if (masked := line_mask(mark.line, mark.points * MM_PER_POINT * px_per_mm, x, y)) is not None:
                 mask, (left, top) = masked
                 picture.paste(fill(mark.colour), (left, top, left + mask.width, top + mask.height), mask)
         else:
@@ -233,7 +223,7 @@ def _marks_of(badge: Badge, piece: ArtPiece) -> list[Mark]:
     if piece.kind == "picture":
         assert piece.picture is not None
         return [Pasted(piece.picture, piece.rect_mm)]
-    return [Row(row, piece.colour) for row in set_words(piece, badge.id)]
+    return [*set_words(piece, badge.id)]
 
 
 def _holds_marker(badge: Badge, picture: Image.Image) -> bool:

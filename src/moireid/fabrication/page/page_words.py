@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+from moireid.artwork.colours import Colour
 from moireid.artwork.placing import LEAST_POINTS, READ_FROM_M, ArtPiece
 from moireid.errors import SpecError
 from moireid.fabrication.page.lettering import set_name
@@ -37,12 +38,13 @@ STEP = 0.97
 
 @dataclass(frozen=True)
 class SetWords:
-    """One row as it is set: its glyphs, their size, and the place of the baseline's start."""
+    """One row as it is set: its glyphs, their size, the place of the baseline's start, and its colour."""
 
     line: ShapedLine
     points: float
     x_mm: float
     baseline_mm: float
+    colour: Colour
 
     @property
     def words(self) -> str:
@@ -120,7 +122,7 @@ def set_words(piece: ArtPiece, badge_id: str | None) -> list[SetWords]:
         y += row.gap_mm + row.above_mm
         spare = room[0] - row.line.width_em * row.points * MM_PER_POINT
         x = x0 + {"left": 0.0, "center": spare / 2, "right": spare}[align]
-        placed.append(SetWords(row.line, row.points, x, y))
+        placed.append(SetWords(row.line, row.points, x, y, piece.colour))
         y += row.below_mm
     return placed
 

@@ -1,6 +1,6 @@
 """preview.png: the board under its lens sheet, as a camera sees it straight on; preview.webp: it moves.
 
-preview.webp shows the finished badge as worn, cut out and in its cord, while a camera passes from side to side.
+preview.webp shows the board while a camera passes from side to side.
 
 Convention: the camera is `view_mm` away, where the badge is used, and swings to each side by `SWING`, a share of that.
 """
@@ -16,12 +16,12 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image, ImageChops, ImageDraw, ImageFilter
+from PIL import Image, ImageDraw
 
 from moireid.badge import Badge, Cell, Grating, Lens, Rect
 from moireid.fabrication.page.marks import INK, PAPER, look_of, marks, paint_marks
 from moireid.files import whole_file
-from moireid.frames import bounds_of, own_rect
+from moireid.frames import own_rect
 from moireid.layers import is_smooth
 from moireid.lenticule import trace_mm
 from moireid.optics import slab_shift_mm
@@ -110,7 +110,7 @@ def _pixels_within(
 ) -> tuple[tuple[NDArray[np.int64], NDArray[np.int64]], Array, Array]:
     """Rows and columns of the pixels whose middles lie in a rectangle in own order; and their own places, mm."""
     frame, board = badge.frame_of(grating), badge.outline_mm
-    around = bounds_of(frame.corners_mm(own))
+    around = frame.bounds_mm(own)
     x0, y0, x1, y1 = (round((v - board[k % 2]) * px_per_mm) for k, v in enumerate(around))
     x, y = ((np.arange(*ends) + 0.5) / px_per_mm + board[k] for k, ends in enumerate(((x0, x1), (y0, y1))))
     first, second = (
@@ -205,14 +205,11 @@ def rays_landed_mm(lens: Lens, tangent: NDArray[np.float64], rays: int) -> NDArr
 FRAMES, FRAME_MS, SWING = 16, 100, 0.22
 #: Longer side of the board in the moving picture, px.
 LONGER_PX = 360
-CLOTH, CORD, SHADOW = (203, 208, 214), (58, 66, 76), (150, 156, 164)
-#: Around the board, above it for the cord, mm; a board without a radius of its own is cut square.
-ROOM_MM, ABOVE_MM, CORD_MM, CLIP_MM = 9.0, 22.0, 9.0, (13.0, 4.0)
 
 
-def write_worn(badge: Badge, path: Path, board: Image.Image | None = None) -> None:
-    """Draw the moving preview and write it as animated WebP, whole or not at all; board: as for `draw_worn`."""
-    write_moving(draw_worn(badge, board=board), path, frame_ms=FRAME_MS)
+def write_moving_board(badge: Badge, path: Path, board: Image.Image | None = None) -> None:
+    """Draw the moving preview and write it as animated WebP, whole or not at all; board: as for `draw_moving_board`."""
+    write_moving(draw_moving_board(badge, board=board), path, frame_ms=FRAME_MS)
 
 
 def write_moving(frames: Sequence[Image.Image], path: Path, *, frame_ms: int) -> None:
@@ -227,7 +224,7 @@ def write_moving(frames: Sequence[Image.Image], path: Path, *, frame_ms: int) ->
         first.save(temporary, format="WEBP", save_all=True, append_images=others, loop=0, duration=frame_ms, **how)
 
 
-def draw_worn(badge: Badge, frames: int = FRAMES, board: Image.Image | None = None) -> list[Image.Image]:
+def draw_moving_board(badge: Badge, frames: int = FRAMES, board: Image.Image | None = None) -> list[Image.Image]:
     """One swing of the camera to both sides and back, in colour; board: as `draw_preview` drew it, None to draw it."""
     whole = (board or draw_preview(badge)).convert("RGB")
     scale = min(1.0, LONGER_PX / max(whole.size))
@@ -235,16 +232,11 @@ def draw_worn(badge: Badge, frames: int = FRAMES, board: Image.Image | None = No
     px_per_mm = PX_PER_MM * scale
     fields = _fields(badge, size, px_per_mm)
     still = whole.resize(size, Image.Resampling.LANCZOS)
-    cut = _cut_out(size, (badge.look.corner_mm if badge.look else 0.0) * px_per_mm)
-    ground, corner = _ground(size, px_per_mm, cut)
     swing = [round(SWING * view_mm(badge) * math.sin(2 * math.pi * k / frames), 6) for k in range(frames)]
     # On the way back the camera passes the same places.
     asides, shown = list(dict.fromkeys(swing)), {}
     for aside, picture in zip(asides, draw_fringes(badge, [(x, x) for x in asides], px_per_mm), strict=True):
-        fringes = picture.convert("RGB").resize(size)
-        frame = ground.copy()
-        frame.paste(Image.composite(fringes, still, fields), corner, cut)
-        shown[aside] = frame
+        shown[aside] = Image.composite(picture.convert("RGB").resize(size), still, fields)
     return [shown[aside] for aside in swing]
 
 
@@ -256,31 +248,3 @@ def _fields(badge: Badge, size: tuple[int, int], px_per_mm: float) -> Image.Imag
         corners = (badge.corners_of(grating) - (x0, y0)) * px_per_mm
         ImageDraw.Draw(fields).polygon([(x, y) for x, y in corners.tolist()], fill=255)
     return fields
-
-
-def _cut_out(size: tuple[int, int], radius_px: float) -> Image.Image:
-    """The board's shape: 255 within, its corners rounded."""
-    fine = Image.new("L", (4 * size[0], 4 * size[1]), 0)
-    ImageDraw.Draw(fine).rounded_rectangle((0, 0, fine.width - 1, fine.height - 1), 4 * radius_px, fill=255)
-    return fine.resize(size, Image.Resampling.LANCZOS)
-
-
-def _ground(size: tuple[int, int], px_per_mm: float, cut: Image.Image) -> tuple[Image.Image, tuple[int, int]]:
-    """The background: cloth, cord, clip and the badge's shadow; and where the board's corner goes, px."""
-    room, above = round(ROOM_MM * px_per_mm), round(ABOVE_MM * px_per_mm)
-    ground = Image.new("RGB", (size[0] + 2 * room, size[1] + above + room), CLOTH)
-    corner, middle = (room, above), ground.width // 2
-    draw = ImageDraw.Draw(ground)
-    half, reach = round(CORD_MM * px_per_mm / 2), round(0.3 * ground.width)
-    for side in (-1, 1):
-        top = middle + side * reach
-        draw.polygon([(top - half, 0), (top + half, 0), (middle + half, above), (middle - half, above)], fill=CORD)
-    shadow = Image.new("L", ground.size, 0)
-    shadow.paste(cut, (corner[0], corner[1] + round(1.2 * px_per_mm)))
-    shadow = shadow.filter(ImageFilter.GaussianBlur(2.0 * px_per_mm))
-    ground.paste(SHADOW, (0, 0), ImageChops.multiply(shadow, Image.new("L", ground.size, 170)))
-    wide, high = (round(side * px_per_mm) for side in CLIP_MM)
-    draw.rounded_rectangle(
-        (middle - wide // 2, above - high, middle + wide // 2, above + 1), round(0.8 * px_per_mm), fill=(120, 126, 134)
-    )
-    return ground, corner

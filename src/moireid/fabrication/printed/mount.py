@@ -1,6 +1,6 @@
 """The printed mount as STL files, one a part, and a 3MF file of all, that are each read back and checked.
 
-The mount is the tray with lanyard, clip or stand, or the snap-in holder.
+The mount is the tray with lanyard, clip or stand.
 
 Convention: the frame of `sight`, its origin on the tray's floor.  The files hold the bodies as they lie on the bed:
 the tray on its back, clip or stand in the 3MF file to the right of it.
@@ -17,7 +17,6 @@ from moireid.badge import Badge
 from moireid.errors import FabricationError
 from moireid.fabrication.part_colours import COLOURS, kind_of
 from moireid.fabrication.printed.holders import HolderBody, as_printed, in_use, plan_holder, shape_holder
-from moireid.fabrication.printed.snap import SnapPlan, check_snap, plan_snap, shape_snap
 from moireid.fabrication.printed.tray import TrayPlan, plan_tray, seated_twist_deg
 from moireid.fabrication.printed.tray_shape import shape_tray
 from moireid.fabrication.process_figures import BED_MM, LEAST_WALL_MM, MountProcess
@@ -36,7 +35,7 @@ from moireid.fabrication.solids import (
 from moireid.files import AnyPath, as_path, planned, whole_file
 
 #: Kinds, and lanyard slots of each: a badge on two cords keeps still; a clip has one hook; a stand needs none.
-SLOTS = {"lanyard": 2, "clip": 1, "stand": 0, "holder": 2}
+SLOTS = {"lanyard": 2, "clip": 1, "stand": 0}
 KINDS = tuple(SLOTS)
 PLA_G_PER_MM3 = 1.24e-3
 
@@ -57,9 +56,7 @@ class MountReport:
 
     stls: one a body; mass_g: of solid PLA; figures: of a tray twist_deg, the most that page and lens
     may be turned against each other when both touch their register edges, and press_mm, how far the springs are
-    bent, which is more than none, so that no air is left between page and lens; of a snap-in holder strain, the most
-    of a catch, bite_mm, how much it holds at least of a badge that is pushed to the other side, and hold_n, the force
-    that pushes a badge out, N.
+    bent, which is more than none, so that no air is left between page and lens.
     """
 
     stls: tuple[Path, ...]
@@ -69,8 +66,8 @@ class MountReport:
     figures: dict[str, float]
 
 
-#: Figures of a mount, checked: of a tray or a snap-in holder, and of what carries a tray.
-MountPlan = tuple[TrayPlan | SnapPlan, HolderBody | None]
+#: Figures of a mount, checked: of a tray, and of what carries it.
+MountPlan = tuple[TrayPlan, HolderBody | None]
 
 
 def plan_mount(badge: Badge, kind: str, process: MountProcess) -> MountPlan:
@@ -82,10 +79,6 @@ def plan_mount(badge: Badge, kind: str, process: MountProcess) -> MountPlan:
     """
     if kind not in KINDS:
         raise FabricationError(f"mount {kind!r} is not known; choose one of {', '.join(KINDS)}")
-    if kind == "holder":
-        snap = plan_snap(badge, process)
-        _check_bed(kind, 2 * snap.out_mm[0], snap.tab_top + snap.out_mm[1], snap.nose_top + process.back_mm)
-        return snap, None
     plan = plan_tray(badge, process, slots=SLOTS[kind])
     holder = plan_holder(badge, plan, process, kind)
     _check_bed("tray", 2 * plan.out_x, plan.tab_top - plan.bottom, plan.lip_top + process.back_mm)
@@ -95,7 +88,7 @@ def plan_mount(badge: Badge, kind: str, process: MountProcess) -> MountPlan:
 
 
 def mount_stls(plan: MountPlan) -> list[str]:
-    """Names of the STL files of a mount: mount.stl is the tray's or the snap-in holder's."""
+    """Names of the STL files of a mount: mount.stl is the tray's."""
     _, holder = plan
     return ["mount.stl", *([f"mount-{holder.name}.stl"] if holder else [])]
 
@@ -103,24 +96,22 @@ def mount_stls(plan: MountPlan) -> list[str]:
 def mount_bodies(
     badge: Badge, kind: str, process: MountProcess | None = None, plan: MountPlan | None = None
 ) -> tuple[Body, ...]:
-    """The bodies of a mount; the tray, or the snap-in holder, is the first.
+    """The bodies of a mount; the tray is the first.
 
     Parameters: kind: one of `KINDS`; plan: as `plan_mount` gives it, None to plan it here.
     Raises: FabricationError where a lip, a rim or a wall would hide fringes or markers, a body is larger than a
         printer, or no solid can be made so; MissingExtraError without build123d.
     """
     process = process or MountProcess()
-    body, holder = plan or plan_mount(badge, kind, process)
+    tray, holder = plan or plan_mount(badge, kind, process)
     b3d = cad_package("build123d")
     try:
-        if isinstance(body, SnapPlan):
-            return (_snap_body(b3d, body, process),)
-        lower = (-body.out_x, body.bottom, -process.back_mm)
-        upper = (body.out_x, body.tab_top, body.lip_top)
-        tray = shape_tray(b3d, body, process)
-        bodies = [Body("tray", tray, tray, ExpectedSolid(float(tray.volume), lower, upper))]
+        lower = (-tray.out_x, tray.bottom, -process.back_mm)
+        upper = (tray.out_x, tray.tab_top, tray.lip_top)
+        shape = shape_tray(b3d, tray, process)
+        bodies = [Body("tray", shape, shape, ExpectedSolid(float(shape.volume), lower, upper))]
         if holder:
-            bodies.append(_holder_body(b3d, holder, body, process))
+            bodies.append(_holder_body(b3d, holder, tray, process))
     except (ValueError, RuntimeError) as error:
         raise FabricationError(f"no mount can be shaped of {process} ({error}); go back to the defaults") from error
     return tuple(bodies)
@@ -151,7 +142,7 @@ def write_mount(
     # The kernel takes seconds to load, so the small packages are imported first, in case one is missing.
     for name in CAD_PACKAGES:
         cad_package(name)
-    bodies, (held, _) = bodies or mount_bodies(badge, kind, process, plan), plan
+    bodies, (tray, _) = bodies or mount_bodies(badge, kind, process, plan), plan
     with ExitStack() as files:
         *new_stls, new_3mf = (files.enter_context(whole_file(path)) for path in (*stls, three_mf))
         meshes = []
@@ -162,33 +153,10 @@ def write_mount(
         colours = [COLOURS[kind_of(body.name)] for body in bodies]
         export_3mf([(body.name, mesh) for body, mesh in zip(bodies, meshes, strict=True)], new_3mf, colours)
         check_3mf(new_3mf, [body.expected for body in bodies], colours)
-        if isinstance(held, SnapPlan):
-            _check_snap_body(meshes[0], held, process)
-        else:
-            _check_bodies(bodies, meshes, held, process)
+        _check_bodies(bodies, meshes, tray, process)
     mass_g = sum(body.expected.volume_mm3 for body in bodies) * PLA_G_PER_MM3
-    return MountReport(stls, three_mf, mass_g, bodies, _report_figures(held, process))
-
-
-def _report_figures(plan: TrayPlan | SnapPlan, process: MountProcess) -> dict[str, float]:
-    """Figures of a mount by name: `MountReport`."""
-    if isinstance(plan, SnapPlan):
-        hold_n = plan.hold_n(process.back_mm)
-        return {"strain": plan.strain, "bite_mm": plan.bite_mm - plan.clearance_mm, "hold_n": hold_n}
-    return {"twist_deg": seated_twist_deg(plan, process), "press_mm": process.preload_mm}
-
-
-def _snap_body(b3d: Any, plan: SnapPlan, process: MountProcess) -> Body:
-    shape, (x, y) = shape_snap(b3d, plan, process), plan.out_mm
-    corners = (-x, -y, -process.back_mm), (x, plan.tab_top, plan.nose_top)
-    return Body("holder", shape, shape, ExpectedSolid(float(shape.volume), *corners))
-
-
-def _check_snap_body(mesh: Any, plan: SnapPlan, process: MountProcess) -> None:
-    """Check a snap-in holder's walls, and that a badge goes in, is held and comes out.  Raises: FabricationError."""
-    body = solid_of(mesh)
-    check_walls(body, [-process.back_mm / 2, plan.sheet_top, plan.nose_top - 0.1], LEAST_WALL_MM, "holder")
-    check_snap(body, plan, process)
+    figures = {"twist_deg": seated_twist_deg(tray, process), "press_mm": process.preload_mm}
+    return MountReport(stls, three_mf, mass_g, bodies, figures)
 
 
 def _holder_body(b3d: Any, holder: HolderBody, plan: TrayPlan, process: MountProcess) -> Body:

@@ -72,7 +72,12 @@ def _floor_with_tab(b3d: Any, plan: TrayPlan, process: MountProcess) -> Any:
     slot, slot_y = b3d.SlotOverall(*plan.slot_mm).face().outer_wire(), half_y + 2 * wall + plan.slot_mm[1] / 2
     inner = [b3d.Wire.make_polygon(loop) for loop in (*map(corners, plan.openings()), *_slit_loops(plan))]
     inner += [slot.moved(b3d.Location((x, slot_y, 0))) for x in plan.slots]
-    return rounded_plate(b3d, outline, radii, 0.0, process, inner)
+    outer = rounded(b3d, outline, radii).face().outer_wire()
+    plate = b3d.extrude(b3d.Face(outer, inner), process.back_mm).moved(b3d.Location((0, 0, -process.back_mm)))
+    # A chamfer round the bed side keeps the first, squashed layer of a print from sticking out; it must be smaller than
+    # the corners' radii, of which the least is half a wall.
+    bed_side = plate.faces().sort_by(b3d.Axis.Z)[0].face().outer_wire().edges()
+    return b3d.chamfer(bed_side, min(0.4, process.back_mm / 4, process.wall_mm / 4))
 
 
 def _radii(plan: TrayPlan, process: MountProcess) -> dict[float, float]:
@@ -97,32 +102,6 @@ def rounded(b3d: Any, outline: list[Point], radii_mm: dict[float, float]) -> Any
     for reach_y, radius_mm in radii_mm.items():
         face = b3d.fillet([v for v in face.vertices() if abs(v.Y - reach_y) < 1e-6], radius_mm)
     return face
-
-
-def rounded_plate(
-    b3d: Any,
-    outline: list[Point],
-    radii_mm: dict[float, float],
-    high_mm: float,
-    process: MountProcess,
-    openings: list[Any],
-) -> Any:
-    """A plate of that outline, from behind its back to a height in the frame.
-
-    Parameters
-    ----------
-    radii_mm : dict of float to float
-        Radius of the corners at each y, mm.
-    openings : list of build123d.Wire
-        What is left out of it, in the plane z = 0.
-    """
-    outer = rounded(b3d, outline, radii_mm).face().outer_wire()
-    plate = b3d.extrude(b3d.Face(outer, openings), high_mm + process.back_mm)
-    body = plate.moved(b3d.Location((0, 0, -process.back_mm)))
-    # A chamfer round the bed side keeps the first, squashed layer of a print from sticking out; it must be smaller than
-    # the corners' radii, of which the least is half a wall.
-    bed_side = body.faces().sort_by(b3d.Axis.Z)[0].face().outer_wire().edges()
-    return b3d.chamfer(bed_side, min(0.4, process.back_mm / 4, process.wall_mm / 4))
 
 
 def _underside(plan: TrayPlan, process: MountProcess, level: float, reach: float) -> list[Point]:

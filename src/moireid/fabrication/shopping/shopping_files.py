@@ -1,4 +1,4 @@
-"""shopping-list.csv for a spreadsheet, shopping-list.pdf for the shop, cutting-plan.pdf for the person at the cutter.
+"""shopping-list.csv for a spreadsheet, cutting-plan.pdf for the person at the cutter.
 
 A page of the plan shows sheets that are cut alike: the lenses' direction, the pieces, and each cut's distance from the
 lower or left edge.  A sheet that does not fit the paper at true size is drawn smaller.
@@ -11,31 +11,22 @@ import io
 from collections.abc import Sequence
 from itertools import accumulate
 from pathlib import Path
-from typing import Any
-from xml.sax.saxutils import escape
 
 from moireid.fabrication.package import made_aside
-from moireid.fabrication.page.canvas import BOLD, POINTS_PER_MM, REGULAR, PdfPage, register_fonts
+from moireid.fabrication.page.canvas import BOLD, PdfPage
 from moireid.fabrication.shopping.cutting import TRIM_MM, CuttingPlan, Pieces
 from moireid.fabrication.shopping.shopping_list import ShoppingList
 from moireid.files import AnyPath
 from moireid.profiles import PAPERS_MM
 
-LIST_PDF, LIST_CSV, PLAN_PDF = "shopping-list.pdf", "shopping-list.csv", "cutting-plan.pdf"
+LIST_CSV, PLAN_PDF = "shopping-list.csv", "cutting-plan.pdf"
 PAPER_MM = PAPERS_MM["a4"]
 TITLE_POINTS, TEXT_POINTS, SMALL_POINTS = 13.0, 8.5, 7.0
-GREY, PIECE_GREY, LENS_GREY = 0.75, 0.93, 0.82
-#: Widths of the list's columns, mm: what, quantity, why.
-COLUMNS_MM, MARGIN_MM = (85.0, 30.0, 65.0), 15.0
+PIECE_GREY, LENS_GREY = 0.93, 0.82
 #: Around a sheet on the page, and on the page between the strokes that show the lenses, mm.
 LEFT_MM, TOP_MM, RIGHT_MM, BOTTOM_MM, LENSES_MM = 22.0, 44.0, 12.0, 14.0, 6.0
 #: Widths of the first cuts' lines and of the second ones', mm.
 FIRST_MM, SECOND_MM = 0.8, 0.2
-
-
-def file_names(found: ShoppingList) -> list[str]:
-    """The files of a list; a mask has no cutting plan."""
-    return [LIST_PDF, LIST_CSV] + [PLAN_PDF] * (found.cutting is not None)
 
 
 def write_shopping(
@@ -62,9 +53,9 @@ def write_shopping(
     SpecError
         Where a file exists or cannot be written.
     """
-    names = file_names(found)
+    # A mask has no cutting plan.
+    names = [LIST_CSV] + [PLAN_PDF] * (found.cutting is not None)
     with made_aside(folder, names, (), {}, overwrite=overwrite, kept=kept, before_moving=None) as aside:
-        _write_list_pdf(found, aside / LIST_PDF)
         # A byte order mark, by which spreadsheets know UTF-8.
         (aside / LIST_CSV).write_text(list_csv(found), encoding="utf-8-sig", newline="")
         if found.cutting is not None:
@@ -80,41 +71,6 @@ def list_csv(found: ShoppingList) -> str:
     for line in found.lines:
         writer.writerow((line.key, line.what, line.quantity, line.unit, line.note, line.source, line.unstated))
     return out.getvalue()
-
-
-def _write_list_pdf(found: ShoppingList, path: Path) -> None:
-    from reportlab.lib.colors import Color
-    from reportlab.lib.styles import ParagraphStyle
-    from reportlab.platypus import Paragraph, SimpleDocTemplate, Spacer, Table
-
-    register_fonts()
-    text = ParagraphStyle("text", fontName=REGULAR, fontSize=TEXT_POINTS, leading=1.3 * TEXT_POINTS)
-    small = ParagraphStyle("small", text, fontSize=SMALL_POINTS, leading=1.25 * SMALL_POINTS)
-    bold = ParagraphStyle("bold", text, fontName=BOLD)
-    rows: list[list[Any]] = [[Paragraph(word, bold) for word in ("What", "Quantity", "Why so much")]]
-    for line in found.lines:
-        about = [("Source", line.source), ("Not stated", line.unstated)]
-        below = [Paragraph(escape(f"{word}: {words}."), small) for word, words in about if words]
-        what = [Paragraph(escape(line.what), text), *below]
-        rows.append([what, Paragraph(escape(line.amount), text), Paragraph(escape(line.note), small)])
-    rules: list[Any] = [
-        ("VALIGN", (0, 0), (-1, -1), "TOP"),
-        ("LINEBELOW", (0, 0), (-1, -1), 0.4, Color(GREY, GREY, GREY)),
-    ]
-    gap = Spacer(1, 4 * POINTS_PER_MM)
-    story = [
-        Paragraph("Shopping list", ParagraphStyle("title", bold, fontSize=TITLE_POINTS, leading=1.5 * TITLE_POINTS)),
-        Paragraph(escape(found.title), text),
-        gap,
-        Table(rows, [wide * POINTS_PER_MM for wide in COLUMNS_MM], repeatRows=1, style=rules),
-        gap,
-        *(Paragraph(escape(f"Note: {note}."), small) for note in found.notes),
-    ]
-    margin = MARGIN_MM * POINTS_PER_MM
-    page: dict[str, Any] = dict.fromkeys(("leftMargin", "rightMargin", "topMargin", "bottomMargin"), margin)
-    page |= {"pagesize": [side * POINTS_PER_MM for side in PAPER_MM], "title": "Shopping list", "creator": "moireid"}
-    # Each page begins with a font set, which would else be a Helvetica that the file does not carry.
-    SimpleDocTemplate(str(path), invariant=1, initialFontName=REGULAR, **page).build(story)
 
 
 def _write_plan(plan: CuttingPlan, path: Path) -> None:

@@ -131,7 +131,7 @@ def shopping_list(
         width, high = found[0].sizes_mm[0]
         note = f"for a card of {width:g} x {high:g} mm with a lens sheet on it; try one before you buy all"
         lines.append(_line("holder", found[0].words, count, "holders", note, found[0]))
-    if parts.printed in ("lanyard", "holder", "none"):
+    if parts.printed in ("lanyard", "none"):
         note = "one for each badge; with two hooks where a mount has two slots"
         lines.append(_line("lanyard", _only("lanyard").words, count, "lanyards", note, _only("lanyard")))
     x0, y0, x1, y1 = badge.outline_mm

@@ -12,7 +12,6 @@ figures are in it: they can be measured from a film of the badge, too, and witho
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -20,43 +19,34 @@ import msgspec
 
 from moireid.errors import RegistryError
 from moireid.files import read_regular
-from moireid.provenance import Seal
+from moireid.provenance import Revocation, Seal
 from moireid.registry.canonical import sha256_hex
 from moireid.registry.checkpoints.note import opened, parted, signed_note
 from moireid.registry.keys import Authority, Signer
-from moireid.registry.log import Head
-from moireid.registry.record import BadgeState
+from moireid.registry.merkle import leaf_hash
 
 #: Of the format, and the origin of its notes.
-VERSION, ORIGIN = 3, "moireid/bundle3/"
+VERSION, ORIGIN = 4, "moireid/bundle4/"
 _FIRST = re.compile(rb"moireid bundle (\d{1,9}) (\d{6})\n")
-#: Lines of the header after its origin, in this order.
-_LINES = ("key", "issued", "expires", "head", "people", "length", "sha256")
 #: Largest bundle; of 100,000 people it has some 25 MB.
 MOST_BYTES = 1 << 30
 TIME = "%Y-%m-%dT%H:%M:%SZ"
 
 
-@dataclass(frozen=True)
-class Header:
-    """What the signed note says.
+class Header(msgspec.Struct, frozen=True):
+    """What the signed note says below its origin, as JSON.
 
-    Convention: times as in records; key: the authority's public key, 64 hex digits.
+    key: the authority's public key, 64 hex digits; expires: as times in records; sha256: of the content.
     """
 
     key: str
-    issued: str
     expires: str
-    head: str
-    people: int
-    length: int
     sha256: str
 
     def sealed_file(self, signer: Signer, content: bytes) -> bytes:
         """The whole file."""
         name = ORIGIN + signer.authority.fingerprint
-        text = "".join(f"{line} {getattr(self, line)}\n" for line in _LINES)
-        note = signed_note(f"{name}\n{text}", name, signer).encode()
+        note = signed_note(f"{name}\n{msgspec.json.encode(self).decode()}\n", name, signer).encode()
         return b"moireid bundle %d %06d\n" % (VERSION, len(note)) + note + content
 
 
@@ -72,7 +62,7 @@ class BundlePerson(msgspec.Struct, frozen=True, array_like=True):
     folded: str
     seal: Seal
     layout: int
-    state: BadgeState
+    revoked: Revocation | None
     line: str | None
     figures: list[tuple[str, str]]
 
@@ -94,10 +84,10 @@ class BundleContent(msgspec.Struct, frozen=True):
         if not all(0 <= person.layout < len(self.layouts) for person in self.people):
             raise ValueError("a layout is missing")
 
-    def hash_at(self, seq: int) -> bytes | None:
-        """The hash of a log entry; None if there is no such entry."""
-        found = self.entries[32 * seq - 32 : 32 * seq] if seq > 0 else b""
-        return found if len(found) == 32 else None
+    @property
+    def leaves(self) -> list[bytes]:
+        """The leaves of the log's tree, one for each entry."""
+        return [leaf_hash(self.entries[place : place + 32]) for place in range(0, len(self.entries), 32)]
 
 
 def read_bundle_file(path: Path) -> tuple[Header, Authority, BundleContent]:
@@ -120,8 +110,6 @@ def read_bundle_file(path: Path) -> tuple[Header, Authority, BundleContent]:
     try:
         header, authority = _header(whole[first.end() : begin].decode())
         content = memoryview(whole)[begin:]
-        if len(content) != header.length:
-            raise ValueError(f"it has {len(content)} bytes of content, and {header.length} were signed")
         if sha256_hex(content) != header.sha256:
             raise ValueError("its content is another than was signed")
         return header, authority, msgspec.json.decode(content, type=BundleContent)
@@ -149,18 +137,11 @@ def check_expiry(header: Header, path: Path) -> None:
 
 def _header(note: str) -> tuple[Header, Authority]:
     """Header and authority of a note that bears that authority's signature.  Raises: ValueError if it does not."""
-    text, _ = parted(note)
-    origin, *lines = text[:-1].split("\n")
-    words = [line.partition(" ") for line in lines]
-    if tuple(name for name, _, _ in words) != _LINES:
-        raise ValueError("its header is none")
-    # Not strict: whole numbers are written as text there.
-    header = msgspec.convert({name: value for name, _, value in words}, Header, strict=False)
+    origin, line = parted(note)[0][:-1].split("\n")
+    header = msgspec.json.decode(line, type=Header)
     authority = Authority(header.key)
     if origin != ORIGIN + authority.fingerprint:
         raise ValueError("its key is not that of its origin")
     opened(note, origin, authority)
-    for time in (header.issued, header.expires):
-        datetime.strptime(time, TIME)
-    Head.parse(header.head)
+    datetime.strptime(header.expires, TIME)
     return header, authority

@@ -8,9 +8,10 @@
 from __future__ import annotations
 
 import re
+import unicodedata
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
-from datetime import datetime
 from os import cpu_count
 from pathlib import Path
 from types import TracebackType
@@ -18,22 +19,19 @@ from types import TracebackType
 from moireid.asbuilt import DatedFigures, as_built_from_json
 from moireid.badge import Badge, badge_from_json
 from moireid.errors import RegistryError
-from moireid.names import claim_text, named_by
 from moireid.provenance import AuthorityKey, BadgeHolder, Provenance
 from moireid.question import Question
 from moireid.registry.bundle.bundle_file import BundlePerson, check_expiry, read_bundle_file
 from moireid.registry.checkpoints.checkpoint import checkpoint_from
-from moireid.registry.checkpoints.cosignature import Quorum
-from moireid.registry.log import Head
-from moireid.registry.look_alikes import by_line, folded_skeleton, line_alike, skeleton
-from moireid.registry.merkle import Tree, leaf_hash
+from moireid.registry.checkpoints.cosignature import signers
+from moireid.registry.checkpoints.note import VerifierKey
+from moireid.registry.look_alikes import folded_skeleton, skeleton
+from moireid.registry.merkle import Tree
 from moireid.registry.rollback import LogState, standing_of
 from moireid.registry.seen import recall
 
 #: At most this many people whose names look alike are named.
 MOST_ALIKE = 3
-#: Up to this many people the holder of a badge that was read is looked up: 2 s of one processor at 0.4 ms a seal.
-MOST_SEALS = 5000
 #: An identity in hex digits, as a claim.
 _ID = re.compile(r"[0-9a-f]{6}|[0-9a-f]{16}|[0-9a-f]{32}")
 
@@ -52,8 +50,6 @@ class Bundle:
     ----------
     standing : Standing
         Authority, head and expiry.
-    opens_soon : bool
-        Whether it holds so few people that `holder_of` takes no more than 2 s.
 
     Raises
     ------
@@ -66,23 +62,25 @@ class Bundle:
     def __init__(self, path: Path | str, trust: str | None = None) -> None:
         self.path = Path(path)
         header, self.authority, self._content = read_bundle_file(self.path)
-        self._head = Head.parse(header.head)
+        source = f"of bundle {path}"
+        self._checkpoint = checkpoint_from(self._content.checkpoint, f"the text {source}")
+        self._checkpoint.check(self.authority, source)
         #: Of ids that were tried on every seal.
         self._holders: dict[str, BundlePerson | None] = {}
-        self.opens_soon = len(self._content.people) <= MOST_SEALS
-        # Both were signed together; a bundle in which they differ was made by another program.
-        if self._content.hash_at(self._head.seq) is None:
+        leaves = self._content.leaves
+        if (len(leaves), Tree(leaves).root()) != (self._checkpoint.size, self._checkpoint.root):
             raise RegistryError(
-                f"bundle {path} cannot be read (its head is not the end of its log); fetch one that this moireid's "
-                "version wrote"
+                f"bundle {path} holds a checkpoint of another log than its own, so its witnesses say nothing of it; "
+                "fetch a newer one",
+                code="forked",
             )
         check_expiry(header, self.path)
         log = LogState(
             f"bundle {path}",
             f"bundle:{self.path.absolute()}",
             self.authority.fingerprint,
-            self._head,
-            self._extends,
+            self._checkpoint.head,
+            lambda seen: Tree(leaves[: seen.seq]).root().hex() == seen.hash,
         )
         self.standing = standing_of(log, recall(log.place), trust, header.expires)
 
@@ -100,8 +98,7 @@ class Bundle:
         Parameters
         ----------
         claim : str
-            A name, matched exactly after Unicode NFC, or "NAME, LINE" with the line below it; or an id in hex digits,
-            which is tried on every seal.
+            A name, matched exactly after Unicode NFC, or an id in hex digits, which is tried on every seal.
 
         Returns
         -------
@@ -113,14 +110,12 @@ class Bundle:
         RegistryError
             If it means no one, or several people.
         """
-        name = claim_text(claim)
-        people, pairs = self._content.people, named_by(name)
-        found = [one for one in people if one.name == name or (one.name, one.line) in pairs]
-        found = found or self._of_id(claim.lower())
+        name = unicodedata.normalize("NFC", claim)
+        found = [one for one in self._content.people if one.name == name] or self._of_id(claim.lower())
         if len(found) > 1:
             raise RegistryError(
                 f"{len(found)} people are named {name[:80]!r}, and a bundle keeps their ids sealed; claim the id that "
-                f"the person or the registry gave you{by_line([(one.name, one.line) for one in found])}",
+                "the person or the registry gave you",
                 claim=claim,
                 ids=[],
             )
@@ -135,22 +130,7 @@ class Bundle:
                 ids=[],
                 alike=alike,
             )
-        return self._chosen(name, found[0])
-
-    def _chosen(self, claim: str, person: BundlePerson) -> Question:
-        """The badge of a person.  Raises: RegistryError if the line chose them, and a namesake's line looks like it."""
-        found = self._of(person)
-        if claim == person.name or _ID.fullmatch(claim.lower()):
-            return found
-        others = [one for one in self._content.people if one.name == person.name and one != person]
-        if line_alike(person.line, [one.line for one in others]):
-            raise RegistryError(
-                f"people are named {person.name[:80]!r} with lines that look alike, and a bundle keeps their ids "
-                "sealed; claim the id that the person or the registry gave you",
-                claim=claim,
-                ids=[],
-            )
-        return replace(found, provenance=replace(found.provenance, line=person.line, others=len(others)))
+        return self._of(found[0])
 
     def holder_of(self, badge_id: object) -> BadgeHolder | None:
         """Look up the holder of a badge that was read in a film, by trying its identity on every seal.
@@ -171,48 +151,26 @@ class Bundle:
             found = self._of_id(badge_id)[:1]
             self._holders[badge_id] = found[0] if found else None
         person = self._holders[badge_id]
-        return None if person is None else BadgeHolder(person.name, person.state.barred(), person.line)
+        return None if person is None else BadgeHolder(person.name, person.revoked, person.line)
 
-    def require_witnesses(self, quorum: Quorum) -> dict[str, datetime]:
+    def require_witnesses(self, witnesses: Sequence[VerifierKey]) -> None:
         """Rely on the bundle only if witnesses have seen the log that it is of.
 
         Parameters
         ----------
-        quorum : Quorum
-            The witnesses, and how many must have signed.
-
-        Returns
-        -------
-        dict of str to datetime
-            Which of them signed the bundle's checkpoint, and when, the newest first.
+        witnesses : sequence of VerifierKey
+            All of them must have signed the bundle's checkpoint.
 
         Raises
         ------
         RegistryError
-            If too few witnesses signed it, or the checkpoint is not that of the bundle's log.
+            If one did not.
 
         Notes
         -----
         Witnesses see the log, and not who is in the bundle: for that its authority alone vouches.
         """
-        source = f"of bundle {self.path}"
-        checkpoint = checkpoint_from(self._content.checkpoint, f"the text {source}")
-        checkpoint.check(self.authority, source)
-        if checkpoint.head != self._head:
-            raise RegistryError(
-                f"bundle {self.path} holds a checkpoint of another log than its own, so its witnesses say nothing of "
-                "it; fetch a newer one",
-                code="forked",
-            )
-        return quorum.signers(checkpoint.note, source)
-
-    def _extends(self, seen: Head) -> bool:
-        """Whether its log, all of which is signed, goes on from an earlier head."""
-        if seen == self._head:
-            return True
-        leaves = [leaf_hash(self._content.hash_at(seq) or b"") for seq in range(1, self._head.seq + 1)]
-        roots = [Tree(leaves[: head.seq]).root().hex() for head in (seen, self._head)]
-        return roots == [seen.hash, self._head.hash]
+        signers(witnesses, self._checkpoint.note, f"of bundle {self.path}")
 
     def authority_key(self) -> AuthorityKey:
         """The key by which its authority signs.
@@ -245,7 +203,7 @@ class Bundle:
             as_built=None if own is None else own.as_built,
             as_built_at=None if own is None else own.at,
             earlier=tuple(sets),
-            barred=person.state.barred(),
+            barred=person.revoked,
             provenance=Provenance("bundle", alike=self._alike(person.name), standing=self.standing),
         )
 

@@ -6,7 +6,6 @@ import os
 import secrets
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import fields
 from datetime import timedelta
 from pathlib import Path
 
@@ -30,7 +29,7 @@ from moireid.registry.checkpoints.checkpoint import Checkpoint, sign_checkpoint
 from moireid.registry.engine import sqlite_file
 from moireid.registry.ledger import Ledger
 from moireid.registry.look_alikes import folded_skeleton, skeleton
-from moireid.registry.record import BadgeState, Fault, Record
+from moireid.registry.record import Fault, Record
 from moireid.registry.schema import badges, pages, select_records
 
 Progress = Callable[[int, int | None], None]
@@ -48,7 +47,7 @@ def publish(
     overwrite: bool,
     progress: Progress | None,
     checkpoint: Checkpoint | None,
-) -> Header:
+) -> tuple[int, str]:
     """What `Registry.publish` does."""
     planned([path], overwrite=overwrite, kept=[sqlite_file(ledger.url)])
     signer = ledger.signer()
@@ -71,20 +70,12 @@ def publish(
         records, layouts = _records(ledger, connection, specimen, versions)
     people = _people(records, progress)
     content = msgspec.json.encode(BundleContent(checkpoint.note, b"".join(entries), layouts, people))
-    issued = now()
-    header = Header(
-        key=signer.authority.public_hex,
-        issued=issued.strftime(TIME),
-        expires=(issued + timedelta(days=days)).strftime(TIME),
-        head=str(head),
-        people=len(people),
-        length=len(content),
-        sha256=sha256_hex(content),
-    )
+    expires = (now() + timedelta(days=days)).strftime(TIME)
+    header = Header(signer.authority.public_hex, expires, sha256_hex(content))
     with whole_file(path) as temporary:
         temporary.write_bytes(header.sealed_file(signer, content))
         read_bundle_file(temporary)
-    return header
+    return len(people), expires
 
 
 def _records(
@@ -116,7 +107,7 @@ def _bare(record: Record, layout: int) -> BundlePerson:
         folded=folded_skeleton(record.name),
         seal=Seal(b"", b""),
         layout=layout,
-        state=BadgeState(**{field.name: getattr(record, field.name) for field in fields(BadgeState)}),
+        revoked=record.barred(),
         line=record.line,
         figures=[
             (canonical_json(one["as_built"] | {"badge_id": ""}), one["as_built_at"]) for one in record.figure_sets

@@ -2,5 +2,5 @@
 
 note.py         signed notes: a text with signatures below it; public keys of those who sign
 checkpoint.py   checkpoints: a log's size and root as a signed note
-cosignature.py  signatures of witnesses on checkpoints, and how many of them a reader asks for
+cosignature.py  signatures of witnesses on checkpoints
 """

@@ -1,8 +1,8 @@
-"""Cosignatures of witnesses on checkpoints, and how many of them a reader asks for.
+"""Cosignatures of witnesses on checkpoints.
 
 A witness follows a log, and signs a checkpoint only if the log goes on from all that it signed before.  Its signature
-states that at the given time it knew no longer log of that origin than this one.  A reader who asks for k of n of them
-can be shown a log of their own only if 2k - n witnesses or more sign for two logs; n - k of them may be away.
+states that at the given time it knew no longer log of that origin than this one.  All that a reader names must have
+signed: the reader can be shown a log of their own only if all of them sign for two logs.
 
 Convention: Ed25519 over "cosignature/v1", the time, and the text of the checkpoint.  The name of a witness is not
 signed, so one key must not count under two names.
@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -26,8 +25,8 @@ from moireid.registry.checkpoints.note import COSIGNATURE, VerifierKey, parted, 
 
 #: How far a witness's clock may be ahead of this one, seconds.
 MOST_AHEAD_S = 300
-#: For so many days a cosignature counts, unless the reader says otherwise.
-DAYS = 7.0
+#: For so many days a cosignature counts.
+DAYS = 7
 #: Longest file of keys that is read, bytes.
 MOST_BYTES = 65536
 
@@ -64,6 +63,8 @@ def witness_keys(given: Sequence[str]) -> tuple[VerifierKey, ...]:
     Raises: SpecError if one is none or is given twice, or a file cannot be read.
     """
     found = [VerifierKey.parse(line) for text in given for line in _lines(text)]
+    if given and not found:
+        raise SpecError("no witness is named; give the key of each by --witness-key")
     for one in found:
         if one.kind != COSIGNATURE:
             raise SpecError(
@@ -90,59 +91,33 @@ def _lines(text: str) -> list[str]:
     return [line for line in lines if line and not line.startswith("#")]
 
 
-@dataclass(frozen=True)
-class Quorum:
-    """The witnesses that a reader trusts, and how many of them must have signed.
+def signers(witnesses: Sequence[VerifierKey], note: str, source: str) -> dict[str, datetime]:
+    """When each of the witnesses signed a checkpoint, the newest first.
 
-    witnesses: their keys, each of another witness; needed: k of them; days: a signature counts for so long.
+    Raises: RegistryError with code "not_witnessed" if one of them did not, or too long ago.
     """
-
-    witnesses: tuple[VerifierKey, ...]
-    needed: int
-    days: float = DAYS
-
-    @classmethod
-    def of(cls, given: Sequence[str], needed: int | None = None, days: float = DAYS) -> Quorum:
-        """The quorum of `needed` of these keys; None: of all.  Raises: SpecError if that is not possible."""
-        found = witness_keys(given)
-        if not found:
-            raise SpecError("no witness is named; give the key of each by --witness-key")
-        if needed is not None and not len(found) < 2 * needed <= 2 * len(found):
-            raise SpecError(
-                f"{needed} of {len(found)} witnesses is not possible; ask for more than half of them, else two halves "
-                "could sign two logs, and for no more than there are"
-            )
-        return cls(found, len(found) if needed is None else needed, days)
-
-    def signers(self, note: str, source: str) -> dict[str, datetime]:
-        """Which of the witnesses signed a checkpoint, and when, the newest first.
-
-        Raises: RegistryError with code "not_witnessed" if fewer did than are needed, or too long ago.
-        """
-        times: dict[str, int] = {}
-        faults: dict[str, str] = {}
-        now = time.time()
-        for one in self.witnesses:
-            try:
-                at = cosigned_at(note, one)
-            except ValueError as error:
-                faults[one.name] = str(error)
-                continue
-            if at is None:
-                faults[one.name] = f"{one.name} did not sign it"
-            elif at > now + MOST_AHEAD_S:
-                faults[one.name] = f"{one.name} signed it at a time to come, so one of the two clocks is wrong"
-            elif at < now - self.days * 86400:
-                faults[one.name] = f"{one.name} signed it more than {self.days:g} days ago"
-            else:
-                times[one.name] = at
-        if len(times) < self.needed:
-            raise RegistryError(
-                f"checkpoint {source} is signed by {len(times)} of the {self.needed} witnesses that it needs "
-                f"({'; '.join(faults.values())}); get a newer one from those who run the registry",
-                code="not_witnessed",
-                signed=list(times),
-                faults=faults,
-            )
-        newest = sorted(times.items(), key=lambda pair: -pair[1])
-        return {name: datetime.fromtimestamp(at, UTC) for name, at in newest}
+    times: dict[str, int] = {}
+    faults: list[str] = []
+    now = time.time()
+    for one in witnesses:
+        try:
+            at = cosigned_at(note, one)
+        except ValueError as error:
+            faults.append(str(error))
+            continue
+        if at is None:
+            faults.append(f"{one.name} did not sign it")
+        elif at > now + MOST_AHEAD_S:
+            faults.append(f"{one.name} signed it at a time to come, so one of the two clocks is wrong")
+        elif at < now - DAYS * 86400:
+            faults.append(f"{one.name} signed it more than {DAYS:g} days ago")
+        else:
+            times[one.name] = at
+    if faults:
+        raise RegistryError(
+            f"checkpoint {source} is signed by {len(times)} of {len(witnesses)} witnesses ({'; '.join(faults)}); get a "
+            "newer one from those who run the registry",
+            code="not_witnessed",
+        )
+    newest = sorted(times.items(), key=lambda pair: -pair[1])
+    return {name: datetime.fromtimestamp(at, UTC) for name, at in newest}

@@ -28,7 +28,7 @@ from moireid.simulate.analytic.traced_sheet import sheet_as_built
 from moireid.simulate.analytic.uneven_sheet import air_waves, lens_asides, lens_walk
 from moireid.simulate.light import turned_light
 from moireid.simulate.motion import Poses
-from moireid.simulate.scene import Instant, Need, Scene
+from moireid.simulate.scene import Instant, Scene
 
 Array = NDArray[np.float64]
 #: Left, top, right, bottom of a part of the picture, px; right and bottom are not in it.
@@ -79,7 +79,7 @@ class AnalyticRenderer:
         self._sheet = sheet_as_built(scene)
         self._cells = cell_table(scene)
         cx, cy = scene.board_centre_mm
-        covered = scene.hidden_mm or (cx, cy, cx, cy)
+        covered = scene.hidden_mm or (math.inf,) * 4
         scale = scene.build.print_scales
         hidden = (np.array(covered) - (cx, cy, cx, cy)) * np.tile(scale, 2)
         half, texture = scene.printed_half_mm, page_texture(scene)
@@ -106,14 +106,14 @@ class AnalyticRenderer:
     def render(self, instant: Instant, *, crop: Crop | None = None) -> BoardRadiance | None:
         """Render one frame; None where no pixel sees the board.
 
-        Parameters: crop: left, top, right, bottom of the pixels to trace, None for all that may see `Scene.need`.
+        Parameters: crop: left, top, right, bottom of the pixels to trace, None for all that may see the board.
         """
         camera = self.scene.camera
         box = crop or board_box(self.scene, instant.first, instant.last)
         if box is None:
             return None
         left, top, right, bottom = box
-        whole = board_box(replace(self.scene, need=Need()), instant.first, instant.last) or box
+        whole = board_box(self.scene, instant.first, instant.last) or box
         rows = (np.arange(top, bottom) - (camera.height - 1) / 2) / camera.height + 0.5
         centres, turns = (
             np.multiply.outer(1 - rows, at_exposure(first)) + np.multiply.outer(rows, at_exposure(last))
@@ -172,23 +172,15 @@ def at_exposure(values: Array) -> Array:
 
 
 def board_box(scene: Scene, *views: Poses) -> Crop | None:
-    """Pixels that may see what a scene needs of the board from any of some poses (one each); None where none does.
+    """Pixels that may see the board from any of some poses (one each); None where none does.
 
     Convention: one pixel to spare on each side, cut to the picture.
-    Source: the outlines of `Scene.seen_mm`, as the camera projects them.
+    Source: the board's outline, as the camera projects it.
     """
-    camera = scene.camera
+    camera, half = scene.camera, scene.printed_half_mm
     # Distortion bends the edges outwards between the corners, so points along the edges are projected too.
-    way = np.linspace(0, 1, 9)
-    outline = np.array(
-        [
-            [x0 + s * (x1 - x0), y0 + e * (y1 - y0), depth]
-            for x0, y0, x1, y1, depth in scene.seen_mm
-            for s in way
-            for e in way
-            if {s, e} & {0.0, 1.0}
-        ]
-    )
+    way = np.linspace(-1, 1, 9)
+    outline = np.array([[s * half[0], e * half[1], 0.0] for s in way for e in way if {s, e} & {-1.0, 1.0}])
     if scene.build.is_bent:
         # Seen at an angle, a bent board reaches beyond the flat one, and its middle beyond its bent edges.
         sunk = outline + np.column_stack([np.zeros((len(outline), 2)), scene.sunk_mm(*outline[:, :2].T)])
@@ -221,9 +213,6 @@ def _lights(scene: Scene, rays: int) -> tuple[Array, Array]:
         frame, build = scene.badge.frame_of(grating), scene.build
         light = turned_light(scene.light, frame, build.twist_rad, build.lens_offset_mm)
         lamps[k], tables[k] = lamp_figures(as_built, light, (low, high), 1.0 / scene.camera.focal_px / rays)
-        if not scene.need.glare:
-            # The radiances of disc and sky are needed only for what the lenses mirror.
-            lamps[k, 4:6] = 0.0
     rows = max(len(table) for table in tables)
     return lamps, np.stack([np.pad(table, ((0, rows - len(table)), (0, 0)), mode="edge") for table in tables])
 

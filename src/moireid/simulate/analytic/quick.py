@@ -260,39 +260,80 @@ def count_inked(grating: int, landed: Any, cells: Any) -> int:
 
 
 @njit(inline="always")
-def mixed_pixel(
-    grating: int,
-    pixel: Any,
-    centre: Any,
-    view: FrameView,
-    sheet: TracedSheet,
-    cells: Any,
-    board: TracedBoard,
-    landed: Any,
-) -> tuple[float, int]:
-    """Sum of the radiances of a pixel's rays that meet the board, and their number; landed: of the one grating, if any.
+def place_rays(grating: int, pixel: Any, centre: Any, view: FrameView, sheet: Any, cells: Any, placed: Any) -> None:
+    """Fill placed (4, R): where a pixel's rays meet the page, x and y, and a grating's lens plane, across and along.
 
-    Parameters: as `land_rays`; grating: -1 for none.
+    Parameters: as `land_rays`.
     """
     tx, ty, turning, sweep, shift = pixel
-    points, height, total, count = view.points, sheet.height, 0.0, 0
-    bins = bins_of(max(grating, 0), cells)
-    x0, y0 = centre[0] - centre[2] * tx, centre[1] - centre[2] * ty
+    away, height, frame = -centre[2], sheet.height, cells.frames[grating]
+    starts = F(centre[0] + away * tx), F(centre[1] + away * ty), F(height * tx), F(height * ty)
+    tilts = F(turning[0]), F(turning[1]), F(turning[2]), F(turning[3])
+    places = (
+        F(sweep[0]),
+        F(sweep[1]),
+        F(sweep[2]),
+        F(sweep[3]),
+        F(sweep[4]),
+        F(sweep[5]),
+        F(sweep[6]),
+        F(sweep[7]),
+    )
+    tangents = F(height * sweep[8]), F(height * sweep[9]), F(height * sweep[10]), F(height * sweep[11])
+    _place_rays(
+        placed,
+        view.points,
+        starts,
+        (F(away), F(height)),
+        tilts,
+        places,
+        tangents,
+        (F(shift[0]), F(shift[1]), F(shift[2])),
+        (F(frame[0]), F(frame[1]), F(frame[2]), F(frame[3])),
+    )
+
+
+@njit()
+def _place_rays(
+    placed: Any,
+    points: Any,
+    start: Any,
+    fall: Any,
+    tilt: Any,
+    sweep: Any,
+    slope: Any,
+    shift: Any,
+    frame: Any,
+) -> None:
+    """The inner loop of `place_rays`."""
     for ray in range(points.shape[1]):
         right, down, time = points[0, ray] + shift[0], points[1, ray] + shift[1], points[2, ray] + shift[2]
-        more_x, more_y = turning[0] * right + turning[2] * down, turning[1] * right + turning[3] * down
-        x = x0 - centre[2] * more_x + moved(time, sweep[0], sweep[1], sweep[2], sweep[3])
-        y = y0 - centre[2] * more_y + moved(time, sweep[4], sweep[5], sweep[6], sweep[7])
+        more_x, more_y = tilt[0] * right + tilt[2] * down, tilt[1] * right + tilt[3] * down
+        x = start[0] + fall[0] * more_x + moved(time, sweep[0], sweep[1], sweep[2], sweep[3])
+        y = start[1] + fall[0] * more_y + moved(time, sweep[4], sweep[5], sweep[6], sweep[7])
+        lens_x = x - start[2] - fall[1] * more_x - (slope[0] + slope[1] * time) * time
+        lens_y = y - start[3] - fall[1] * more_y - (slope[2] + slope[3] * time) * time
+        placed[0, ray], placed[1, ray] = x, y
+        placed[2, ray] = frame[0] * lens_x + frame[1] * lens_y
+        placed[3, ray] = frame[2] * lens_x + frame[3] * lens_y
+
+
+@njit(inline="always")
+def mixed_pixel(grating: int, landed: Any, placed: Any, cells: Any, board: TracedBoard) -> tuple[float, int]:
+    """Sum of the radiances of a pixel's rays that meet the board, and their number.
+
+    Parameters: grating: -1 for none; landed, placed: of `land_rays` and `place_rays`.
+    """
+    total, count = 0.0, 0
+    rect = cells.gratings[max(grating, 0)]
+    bins = bins_of(max(grating, 0), cells)
+    for ray in range(placed.shape[1]):
+        x, y, across, along = placed[0, ray], placed[1, ray], placed[2, ray], placed[3, ray]
         if abs(x) > board.half_x or abs(y) > board.half_y:
             continue
         count += 1
-        if grating >= 0:
-            rect = cells.gratings[grating]
-            lens_x = x - height * (tx + more_x + (sweep[8] + sweep[9] * time) * time)
-            lens_y = y - height * (ty + more_y + (sweep[10] + sweep[11] * time) * time)
-            across, along = turned(lens_x, lens_y, cells.frames[grating])
-            if rect[0] <= across <= rect[2] and rect[1] <= along <= rect[3]:
-                total += board.ink if is_inked(landed[0, ray], landed[1, ray], grating, bins, cells) else board.paper
-                continue
+        if grating >= 0 and rect[0] <= across <= rect[2] and rect[1] <= along <= rect[3]:
+            total += board.ink if is_inked(landed[0, ray], landed[1, ray], grating, bins, cells) else board.paper
+            continue
         total += page_value((y + board.half_y) * board.rows_per_mm, (x + board.half_x) * board.columns_per_mm, board)
     return total, count

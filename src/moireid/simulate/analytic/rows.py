@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from moireid.simulate.analytic.quick import count_inked, land_rays, mixed_pixel
+from moireid.simulate.analytic.quick import count_inked, land_rays, mixed_pixel, place_rays
 from moireid.simulate.analytic.trace import (
     NO_SWEEP,
     FrameView,
@@ -22,8 +22,8 @@ from moireid.simulate.analytic.traced_sheet import TracedSheet
 from moireid.simulate.cameras import undistorted
 from moireid.simulate.compiled import njit, prange
 
-#: What a pixel is on: one grating alone, plain page alone, page and board's rim and at most one grating, or more.
-GRATING, PAGE, MIXED, CAREFUL = 0, 1, 2, 3
+#: What a pixel is on: one grating alone, plain page alone, page and board's rim and at most one grating, more, or none.
+GRATING, PAGE, MIXED, CAREFUL, OFF = 0, 1, 2, 3, 4
 #: Multiples of the golden ratio fill a span more evenly than any other's; those of the plastic one and its square, with
 #: them, a square.
 GOLDEN, PLASTIC = (math.sqrt(5) - 1) / 2, 0.7548776662466927
@@ -48,7 +48,7 @@ def _row(
     bent = np.any(distortion != 0.0)
     centres, turns = view.centres[row], view.turns[row]
     centre, turn = centres[0], turns[0]
-    landed = np.empty((2, points.shape[1]), np.float32)
+    landed, placed = np.empty((2, points.shape[1]), np.float32), np.empty((4, points.shape[1]), np.float32)
     # Rows that look through the same lenses would all have the same error, so each row moves its rays a little.
     shift_x = ((row + view.first_row) * GOLDEN % 1.0 - 0.5) * per_ray
     row_time = (row + view.first_row) * PLASTIC * PLASTIC
@@ -83,6 +83,8 @@ def _row(
             # Pixels with the same times would all have the same error, too.
             shift = (shift[0], shift[1], ((place * PLASTIC + row_time) % 1.0 - 0.5) * per_ray)
         kind, grating = _kind(tx, ty, turning, sweep, centre, sheet, cells, board)
+        if kind == OFF:
+            continue
         if kind == PAGE:
             radiance[column] = _page_pixel(tx, ty, turning, sweep, centre, shift, points, board)
             coverage[column] = 1.0
@@ -96,7 +98,8 @@ def _row(
                 coverage[column] = 1.0
                 continue
             if ready:
-                total, count = mixed_pixel(grating, pixel, centre, view, sheet, cells, board, landed)
+                place_rays(max(grating, 0), pixel, centre, view, sheet, cells, placed)
+                total, count = mixed_pixel(grating, landed, placed, cells, board)
                 if count > 0:
                     radiance[column] = total / count
                     coverage[column] = count * per_ray
@@ -205,6 +208,8 @@ def _kind(
     hidden = board.hidden
     if x + half_x >= hidden[0] and x - half_x < hidden[2] and y + half_y >= hidden[1] and y - half_y < hidden[3]:
         return CAREFUL, -1
+    if abs(x) - half_x > board.half_x or abs(y) - half_y > board.half_y:
+        return OFF, -1
     rim = abs(x) + half_x > board.half_x or abs(y) + half_y > board.half_y
     x, y = x - sheet.height * tx, y - sheet.height * ty
     touched = -1

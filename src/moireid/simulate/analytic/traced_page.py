@@ -54,8 +54,6 @@ def page_texture(scene: Scene) -> NDArray[np.float32]:
     badge, scale = scene.badge, TEXTURE_PX_PER_MM
     x0, y0, x1, y1 = badge.outline_mm
     picture = np.full((math.ceil((y1 - y0) * scale), math.ceil((x1 - x0) * scale)), scene.paper, np.float32)
-    if not scene.need.page:
-        return picture
     if scene.print_picture is not None:
         picture = _printed(scene.print_picture, picture.shape, scene)
     place_x = (np.arange(picture.shape[1]) + 0.5) / scale + x0

@@ -120,5 +120,5 @@ KINDS = (
         "1 is a spot metered by a tap on the badge",
         metered,
     ),
-    Kind("glare", (0, 1, 2), "the light: lamp, window, sun", "`simulate --light`", glaring),
+    Kind("glare", (0, 1, 2), "the light: lamp, window, sun", "light of `simulate`", glaring),
 )

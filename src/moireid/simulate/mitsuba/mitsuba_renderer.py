@@ -9,9 +9,9 @@ The red channel carries the radiance, and green the share of rays that came thro
 over green is the mean over the refracted rays.  So reflected light does not show in the picture, nor the random choice
 by which Mitsuba reflects a ray.  One difference stays: rays are weighted by the light that passes.
 
-Left out: light from a direction and its glare, colour, the rolling shutter, the sheet's hidden face, rays that leave
-the lens through its neighbour's flank, those that are reflected within, mount and background.  Lights, forgeries and
-hidden parts are refused.
+Left out: light from a direction and its glare, colour, the shutter (the first pose is taken), the sheet's hidden face,
+rays that leave the lens through its neighbour's flank, those that are reflected within, mount and background.  Lights,
+forgeries and hidden parts are refused.
 
 `estimate_mitsuba` estimates the error on one frame before a film is made, and `cheapest_mitsuba` finds the cheapest
 setting that meets a wish.  Two renders of one frame with independent seeds differ by the square root of two times the
@@ -30,7 +30,6 @@ Source: Mitsuba 3.9.1, plugins `dielectric`, `area`, `direct`, `perspective`; `d
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -48,7 +47,7 @@ from moireid.simulate.mitsuba.sheet import (
     wall_strips,
 )
 from moireid.simulate.mitsuba.variant import loaded_mitsuba
-from moireid.simulate.mitsuba.view import coverage, film_box, middle_view
+from moireid.simulate.mitsuba.view import coverage, film_box
 from moireid.simulate.motion import Poses
 from moireid.simulate.scene import Instant, Scene
 
@@ -95,9 +94,7 @@ class MitsubaRenderer:
         Returns: a picture to be compared pixel by pixel with `AnalyticRenderer.render`.
         Source: module docstring.
         """
-        if len(parts := instant.parts()) > 1:
-            return averaged([self.render(part, crop=crop) for part in parts])
-        view = middle_view(parts[0])
+        view = instant.first
         seen = board_box(self.scene, view)
         if seen is None:
             return None
@@ -121,26 +118,6 @@ class MitsubaRenderer:
             sensor = pinhole(mi, self.scene, view, box, self._film, self.samples)
             picture = mi.render(self._world, sensor=sensor, integrator=self._integrator, seed=seed, spp=self.samples)
             return np.array(picture, np.float64)[: box[3] - box[1], : box[2] - box[0]]
-
-
-def averaged(parts: Sequence[BoardRadiance | None]) -> BoardRadiance | None:
-    """The light of several instants, gathered in one exposure; None where none of them sees the board."""
-    if len(parts) == 1:
-        return parts[0]
-    seen = [part for part in parts if part is not None]
-    if not seen:
-        return None
-    left, top = min(part.left for part in seen), min(part.top for part in seen)
-    right = max(part.left + part.radiance.shape[1] for part in seen)
-    bottom = max(part.top + part.radiance.shape[0] for part in seen)
-    light, cover = np.zeros((2, bottom - top, right - left), np.float32)
-    for part in seen:
-        rows = slice(part.top - top, part.top - top + part.radiance.shape[0])
-        columns = slice(part.left - left, part.left - left + part.radiance.shape[1])
-        light[rows, columns] += part.coverage * part.radiance
-        cover[rows, columns] += part.coverage
-    radiance = np.divide(light, cover, out=np.zeros_like(light), where=cover > 0)
-    return BoardRadiance(radiance, cover / np.float32(len(parts)), left, top)
 
 
 def _shining_page(mi: Any, scene: Scene) -> dict[str, dict[str, Any]]:

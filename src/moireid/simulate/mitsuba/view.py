@@ -1,7 +1,6 @@
 """Where Mitsuba's camera is, which pixels it must render, and how much of each the board covers.
 
-Convention: pixel centres are whole numbers, as in `scene.Camera`; the shutter is global, at the middle row's
-pose.
+Convention: pixel centres are whole numbers, as in `scene.Camera`.
 Source: pinhole camera; `motion` for the frames.
 """
 
@@ -15,21 +14,9 @@ from numpy.typing import NDArray
 
 from moireid.simulate.analytic.analytic_renderer import Crop
 from moireid.simulate.motion import Poses
-from moireid.simulate.scene import Instant, Scene
+from moireid.simulate.scene import Scene
 
 Array = NDArray[np.float64]
-
-
-def middle_view(instant: Instant) -> Poses:
-    """The view of the middle row.
-
-    Convention: module docstring.
-    Source: the place from which a true frame's fringes are shown; the mean of the rotations of first and last row.
-    """
-    from scipy.spatial.transform import Rotation
-
-    turns = Rotation.from_matrix(np.stack([instant.first.rotation[0], instant.last.rotation[0]]))
-    return Poses(np.asarray(instant.shown_from_mm, float)[None], turns.mean().as_matrix()[None])
 
 
 def coverage(scene: Scene, view: Poses, box: Crop) -> Array:

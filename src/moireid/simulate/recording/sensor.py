@@ -23,7 +23,6 @@ from moireid.simulate.analytic.analytic_renderer import BoardRadiance
 from moireid.simulate.cameras import Camera
 from moireid.simulate.compiled import njit, prange
 from moireid.simulate.motion import Motion, Poses
-from moireid.simulate.scene import Need
 
 Array = NDArray[np.float64]
 #: Scene light of reference white in hybrid log-gamma, and its luminance, cd/m2.
@@ -110,7 +109,7 @@ READ_SHARE = 0.3
 BLUR_PX, SHARPEN_PX = 0.5, 1.2
 #: The clouds are smooth, so they are kept, and turned, at a quarter of the size at which they are seen.
 COARSE = 4
-#: Radiance of the darkest and the span of the clouds; between them lies the even grey of a film without background.
+#: Radiance of the darkest and the span of the clouds.
 DARKEST, SPAN = 0.12, 0.25
 
 
@@ -143,8 +142,8 @@ class Grain(NamedTuple):
 class Sensor:
     """Turns rendered boards into pictures; the random parts come from one seed."""
 
-    def __init__(self, camera: Camera, seed: int, *, need: Need | None = None) -> None:
-        self._camera, self._shows_background = camera, (need or Need()).background
+    def __init__(self, camera: Camera, seed: int) -> None:
+        self._camera = camera
         self._rng = np.random.default_rng(seed)
         self._phase = self._rng.uniform(0, 2 * np.pi)
         height, width = camera.height, camera.width
@@ -158,7 +157,7 @@ class Sensor:
         # One field of noise, read from a random place each frame: drawing two million numbers a frame takes longer
         # than rendering the badge.
         self._noise = self._rng.standard_normal((height + 256, width + 256)).astype(np.float32)
-        self._behind = np.full((-(-height // COARSE), -(-width // COARSE)), DARKEST + SPAN / 2, np.float32)
+        self._behind = np.empty((-(-height // COARSE), -(-width // COARSE)), np.float32)
         coarse = len(self._behind)
         place = np.clip((np.arange(height) + 0.5) * coarse / height - 0.5, 0.0, coarse - 1.0)
         self._above = np.minimum(place.astype(np.intp), coarse - 2)
@@ -181,8 +180,7 @@ class Sensor:
         """
         camera = self._camera
         if behind is None:
-            if self._shows_background:
-                self._paint(rotation)
+            self._paint(rotation)
             # The clouds at full width; the rows between them are interpolated as each is developed.
             wide = cv2.resize(self._behind, (camera.width, self._behind.shape[0]), interpolation=cv2.INTER_LINEAR)
             rows = self._above, self._share

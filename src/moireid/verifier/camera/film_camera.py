@@ -44,6 +44,7 @@ from moireid.verifier.measuring import (
     TWIST_MAX_PER_M,
     TWIST_PRIOR_SD_PER_M,
 )
+from moireid.verifier.series import spread_out
 
 Array = NDArray[np.float64]
 Numbers = NDArray[np.int64]
@@ -136,8 +137,7 @@ class FilmCamera:
         self._directions: list[Array] = [apart[..., 1:2], apart[..., 0:1], -apart[..., 1:2], -apart[..., 0:1]]
         self._rows = self._directions[0]
         pictures = different_pictures(points_px)
-        some = np.linspace(0, len(pictures) - 1, min(SOLVE_FRAMES, len(pictures))).astype(int)
-        self._chosen: Numbers = pictures[np.unique(some)]
+        self._chosen: Numbers = pictures[spread_out(len(pictures), SOLVE_FRAMES)]
         self._bends = TakenIn(points_px, self._usual)
         self._longer = lengthened_px(points_px, self.plane[:, :2])
         self.focal, self.shutter_s, self.bend = float(self._guess), SHUTTER_PRIOR_S, np.zeros(2)
@@ -339,7 +339,7 @@ class FilmCamera:
     def of_fewer(self) -> Self:
         """The same camera on `START_FRAMES` of the chosen frames, near their poses."""
         film = copy.copy(self)
-        some = np.unique(np.linspace(0, len(self._chosen) - 1, min(START_FRAMES, len(self._chosen))).astype(int))
+        some = spread_out(len(self._chosen), START_FRAMES)
         film._chosen = self._chosen[some]
         film._start = PlanePoses(*(part[some] for part in vars(self._start).values()))
         film._near = NearPoses(self.plane, film._start, film._slack(film._chosen))

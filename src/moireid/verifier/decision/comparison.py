@@ -148,7 +148,7 @@ def compare(
     # What poses and fringes err by, and what lasts all film long: lens and sheet.
     error = math.hypot(figures.expected_error_rad, signal.shape_sd_rad, law_error_share(signal) * excitation)
     limit = residual_limit_rad(credible_error_rad(excitation, error))
-    possible = residual_limit_rad(signal.doubt * error, limits.PROOF_SDS)
+    possible = residual_limit_rad(signal.doubt * math.hypot(error, figures.noise_rad), limits.PROOF_SDS)
     possible = math.hypot(possible, limits.CAMERA_MOTION_SHARE * excitation if doubted else 0.0)
     # Where the law does not explain the film, or not with a gain that is accepted, nothing needs to look like it.
     asked = {}

@@ -22,13 +22,16 @@ from numpy.typing import NDArray
 from moireid.verifier import limits
 from moireid.verifier.camera.stretches import within_stretches
 from moireid.verifier.fringes.grating_signal import GratingSignal
+from moireid.verifier.fringes.strip_shape import BLOCKS
 from moireid.verifier.reasons import json_number
 
 Array = NDArray[np.float64]
 
 
+#: Noise of a place over that of its strip, which is the mean of so many.
+NOISE_OF_PLACES = math.sqrt(BLOCKS)
 #: Figures that a report does not show.
-INNER = ("rounding_rad", "tangent_sd", "air_rad")
+INNER = ("rounding_rad", "tangent_sd", "air_rad", "strip_beyond_rad", "place_beyond_rad", "noise_rad")
 
 
 @dataclass(frozen=True)
@@ -37,7 +40,9 @@ class Figures:
 
     phase_residual_rad: standard deviation of the regression's residual; excitation_rad: standard deviation of the
     predicted phase; expected_error_rad: expected error of one frame; strip_wander_rad: deviation of the worst strip;
-    strip_sd_rad: error bar of a typical strip; place_wander_rad: deviation of places within a strip; rounding_rad and
+    strip_sd_rad: error bar of a typical strip; place_wander_rad: deviation of places within a strip; strip_beyond_rad,
+    place_beyond_rad: their part beyond noise (`_beyond_noise`); noise_rad: error of the signal of all strips, as their
+    contrasts show it; rounding_rad and
     tangent_sd: as in `GratingSignal`; information: Fisher information on the gain; air_share: as `air_share`; air_sd:
     the part of gain_sd that is its error; air_rad: spread of the difference of both laws; all 0 where no view is from
     beyond the critical angle.
@@ -59,6 +64,9 @@ class Figures:
     air_share: float = 0.0
     air_sd: float = 0.0
     air_rad: float = 0.0
+    strip_beyond_rad: float = 0.0
+    place_beyond_rad: float = 0.0
+    noise_rad: float = 0.0
 
     def to_json(self) -> dict[str, object]:
         """As an entry of `invariant.gratings`."""
@@ -98,13 +106,16 @@ def figures_of(signal: GratingSignal) -> Figures:
         math.hypot(float(np.median(signal.phase_sd_rad[used])), signal.pose_sd_rad),
         float(signal.strip_residual_rad.max(initial=0.0)),
         float(np.median(signal.strip_sd_rad)) if len(signal.strip_sd_rad) else 0.0,
-        _places_apart(signal),
+        float(signal.place_residual_rad.max(initial=0.0)),
         signal.rounding_rad,
         signal.tangent_sd,
         float(np.sum(predicted**2 / (signal.phase_sd_rad[used] ** 2 + signal.pose_sd_rad**2))),
         share,
         share_sd * abs(air_gain),
         float(air.std()),
+        _beyond_noise(signal.strip_residual_rad, signal.strip_noise_rad),
+        _beyond_noise(signal.place_residual_rad, NOISE_OF_PLACES * signal.strip_noise_rad),
+        float(np.sqrt(np.mean(noise**2) / len(noise))) if len(noise := signal.strip_noise_rad) else 0.0,
     )
 
 
@@ -138,15 +149,18 @@ def law_error_share(signal: GratingSignal) -> float:
     return limits.LAW_MOTION_SHARE * signal.aside_share
 
 
-def _places_apart(signal: GratingSignal) -> float:
-    """Deviation of places within the worst strip, rad; 0 if it is not known.
+def _beyond_noise(apart_rad: Array, noise_rad: Array) -> float:
+    """What noise does not explain of the worst strip's deviation, rad; 0 if it is not known.
 
-    A strip with a far larger error bar than the clearest is partly covered, for example by a hand, and is left out.
+    Parameters: apart_rad, noise_rad (S,): of each strip, as in `GratingSignal`.
+    Source: additive noise, such as a codec's, changes a fringe's contrast by as much as it turns its phase; a motion
+        only turns it.  So contrasts show how much of a deviation is noise, however long a codec repeats it and over how
+        many pixels.  That counts where a sheet is turned so far that fringes lean by whole periods across a strip and
+        cancel, so that little else is left.
     """
-    apart, sd = signal.place_residual_rad, signal.strip_sd_rad
-    if len(sd) == len(apart):
-        apart = apart[sd <= limits.MAX_VAGUENESS_RATIO * sd.min(initial=math.inf)]
-    return float(apart.max(initial=0.0))
+    known = noise_rad if len(noise_rad) == len(apart_rad) else np.zeros(len(apart_rad))
+    excess = apart_rad**2 - (limits.NOISE_EXCUSED_RATIO * known) ** 2
+    return math.sqrt(float(excess.max(initial=0.0)))
 
 
 def pearson(a: Array, b: Array) -> float:

@@ -37,15 +37,18 @@ WORDS = {
 
 @dataclass(frozen=True)
 class Part:
-    """A part's deviation; the most that honest films show but for few; and what no honest film shows; rad."""
+    """A part's deviation; the most that honest films show but for few; what noise does not explain of the deviation, as
+    in `Figures`; and what no honest film shows of that; rad.
+    """
 
     name: str
     deviation_rad: float
     limit_rad: float
+    beyond_rad: float
     proof_rad: float
 
     @classmethod
-    def of(cls, name: str, deviation_rad: float, figures: Figures) -> Part:
+    def of(cls, name: str, deviation_rad: float, beyond_rad: float, figures: Figures) -> Part:
         """A part of a grating with these figures."""
         one, moved = PARTS[name], figures.excitation_rad
         noise = figures.strip_sd_rad, figures.rounding_rad
@@ -54,7 +57,7 @@ class Part:
         limit = one.quantile(USUAL_SDS, one.unit_rad(moved, 0.0, *excused))
         # From aside, one part of a sheet may lie on the page while another is glued to it.
         proof = math.hypot(one.quantile(PROOF_SDS, one.unit_rad(moved, 0.0, *noise)), figures.air_rad)
-        return cls(name, deviation_rad, limit, proof)
+        return cls(name, deviation_rad, limit, beyond_rad, proof)
 
 
 def parts_of(figures: Sequence[Figures], code: RowsApart, *, covered: bool = False) -> list[Part]:
@@ -63,10 +66,10 @@ def parts_of(figures: Sequence[Figures], code: RowsApart, *, covered: bool = Fal
     Convention: noise is no motion, and neither is a hand.  So the code's rows prove a forgery only if two halves of a
         row share their motion, and nothing covers the badge.
     """
-    plain = [Part.of("rows", one.strip_wander_rad, one) for one in figures]
-    plain += [Part.of("places", one.place_wander_rad, one) for one in figures]
+    plain = [Part.of("rows", one.strip_wander_rad, one.strip_beyond_rad, one) for one in figures]
+    plain += [Part.of("places", one.place_wander_rad, one.place_beyond_rad, one) for one in figures]
     most = max(figures, key=lambda one: one.excitation_rad)
-    coded = [Part.of("code", code.film, most), Part.of("code_second", code.second, most)]
+    coded = [Part.of(name, apart, apart, most) for name, apart in (("code", code.film), ("code_second", code.second))]
     if covered or code.coherent <= coded[0].limit_rad:
         coded = [replace(one, proof_rad=math.inf) for one in coded]
     return plain + coded
@@ -75,11 +78,11 @@ def parts_of(figures: Sequence[Figures], code: RowsApart, *, covered: bool = Fal
 def parts(several: Sequence[Part], *, prove: bool = True) -> Reason:
     """The finding; prove: whether a forgery may be proven (`Doubts`)."""
     worst = max(several, key=lambda one: one.deviation_rad / one.limit_rad)
-    broken = [one for one in several if one.deviation_rad > one.proof_rad]
+    broken = [one for one in several if one.beyond_rad > one.proof_rad]
     if prove and broken:
-        worst = max(broken, key=lambda one: one.deviation_rad / one.proof_rad)
+        worst = max(broken, key=lambda one: one.beyond_rad / one.proof_rad)
         text = f"{WORDS[worst.name]}, as on a badge that is put together from pictures."
-        return Reason("parts", "fail", worst.deviation_rad, worst.proof_rad, "rad", text)
+        return Reason("parts", "fail", worst.beyond_rad, worst.proof_rad, "rad", text)
     if worst.deviation_rad <= worst.limit_rad:
         text = "The fringes of all parts of the badge move together."
         return Reason("parts", "pass", worst.deviation_rad, worst.limit_rad, "rad", text)

@@ -71,13 +71,6 @@ class Explanation:
         return shown | shares | {"parameters": parameters}
 
 
-def simplest(rivals: Sequence[Explanation]) -> Explanation | None:
-    """Of rivals with odds, the first within a factor of ten of the best, as the table begins with simple ones."""
-    known = [(one.log10_odds, one) for one in rivals if one.log10_odds is not None]
-    least = min((odds for odds, _ in known), default=0.0)
-    return next((one for odds, one in known if odds <= least + limits.MAX_RIVAL_LOG10), None)
-
-
 def cause_of(table: Sequence[Explanation]) -> Explanation | None:
     """The rival that says what the fringes of a film do instead of the law; None where none is better than the law.
 

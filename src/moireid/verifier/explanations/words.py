@@ -1,7 +1,7 @@
 """What the fringes do by each explanation, in words; the only place where they are written.
 
-Findings ("fringes that …"), headlines ("they …"), the table ("the fringes would …") and the plot ("if they …") end with
-the same words.  A film's own figures are put in where they are known.
+Findings ("fringes that …"), headlines ("they …") and the table ("the fringes would …") end with the same words.  A
+film's own figures are put in where they are known.
 
 Convention: a verb in the plural, without its subject; a remedy is an order to the person who films.
 """

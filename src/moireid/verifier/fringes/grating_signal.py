@@ -21,6 +21,8 @@ BEYOND_IN_TIME = ("law_rad", "overtone", "place_px", "expected")
 #: Fields of a signal of which the whole has the greatest, and the mean, of its chapters'.
 GREATEST = ("tangent_sd", "shape_sd_rad", "focal_at_limit", "parallel", "lasting_px", "doubt", "zoom", "mixed_share")
 MEAN = ("rounding_rad", "stray_share", "covered_share", "held_share", "aside_share")
+#: Figures of each strip of which the whole has the greatest.
+WORST = ("strip_residual_rad", "place_residual_rad", "strip_noise_rad")
 
 
 class DepthLaw(NamedTuple):
@@ -75,20 +77,20 @@ class GratingSignal:
     given; measured_rad: fringe phase, unwrapped, and predicted_rad: from the optics, both with mean 0 in each stretch;
     phase_sd_rad: error bar of the measured phase, infinite in unreadable frames; pose_sd_rad: error of the prediction
     from the smoothed pose; strip_residual_rad (S,): deviation of each strip from the common signal, root mean square;
-    place_residual_rad (S,): deviation of places along each strip from it (`strip_shape`); tangent_sd: error of the
-    spread of the parallax along the grating's axis from focal length and distortion, as a share; shape_sd_rad: what
-    else these move the predicted phase by, which lasts all film long; covariates (T, 2): the camera's parallax along
-    the lines, and one over its distance, 1/mm, if known; strip_sd_rad (S,): error bar of
-    each strip's phase, median over its frames; rounding_rad: phase error of a place from rounding to whole counts,
-    median over its strips; covered_share: share of strips and frames that something covers; held_share: share of
-    frames in which something covers a marker or a part of the frame; stray_share: share of frames whose markers do not
-    lie as on a flat page, so that their poses are left out;
-    focal_at_limit, parallel, lasting_px, zoom: as in `CameraFit`; doubt: by how much small markers may err more than
-    the error bars say, 1 for others; mixed_share: as in `mixed_frames`; beyond: what the film shows apart from the
-    phase, None if it is not known; phase_rad: the measured phase with one phase constant for all stretches, as
-    `measured_rad` if none is given; lens_room: as in `CameraFit`; air_rad: what is added to predicted_rad if the sheet
-    is not glued but laid on (`strip_law.air_law`), 0 if none is given; aside_share: share of frames that show it from
-    beyond `lenticule.critical_tangent`.
+    place_residual_rad (S,): deviation of places along each strip from it (`strip_shape`); strip_noise_rad (S,):
+    deviation of each strip's contrast from the common one, over its median, empty if none is given; tangent_sd: error
+    of the spread of the parallax along the grating's axis from focal length and distortion, as a share; shape_sd_rad:
+    what else these move the predicted phase by, which lasts all film long; covariates (T, 2): the camera's parallax
+    along the lines, and one over its distance, 1/mm, if known; strip_sd_rad (S,): error bar of each strip's phase,
+    median over its frames; rounding_rad: phase error of a place from rounding to whole counts, median over its strips;
+    covered_share: share of strips and frames that something covers; held_share: share of frames in which something
+    covers a marker or a part of the frame; stray_share: share of frames whose markers do not lie as on a flat page, so
+    that their poses are left out; focal_at_limit, parallel, lasting_px, zoom: as in `CameraFit`; doubt: by how much
+    small markers may err more than the error bars say, 1 for others; mixed_share: as in `mixed_frames`; beyond: what
+    the film shows apart from the phase, None if it is not known; phase_rad: the measured phase with one phase constant
+    for all stretches, as `measured_rad` if none is given; lens_room: as in `CameraFit`; air_rad: what is added to
+    predicted_rad if the sheet is not glued but laid on (`strip_law.air_law`), 0 if none is given; aside_share: share of
+    frames that show it from beyond `lenticule.critical_tangent`.
     """
 
     measured_rad: Array
@@ -98,6 +100,7 @@ class GratingSignal:
     strip_residual_rad: Array
     times_s: Array
     place_residual_rad: Array = field(default_factory=lambda: np.zeros(0))
+    strip_noise_rad: Array = field(default_factory=lambda: np.zeros(0))
     tangent_sd: float = 0.0
     shape_sd_rad: float = 0.0
     covariates: Array | None = None
@@ -174,8 +177,7 @@ def joined(signals: Sequence[GratingSignal]) -> GratingSignal:
         **merged,
         stretch=np.concatenate([own - own[0] + begin for own, begin in zip(numbers, begins, strict=True)]),
         pose_sd_rad=float(np.sqrt(np.mean([sd**2 for sd in each("pose_sd_rad")]))),
-        strip_residual_rad=np.max(each("strip_residual_rad"), axis=0),
-        place_residual_rad=np.max(each("place_residual_rad"), axis=0),
+        **{name: np.max(each(name), axis=0) for name in WORST},
         strip_sd_rad=np.mean(each("strip_sd_rad"), axis=0),
         covariates=np.concatenate([p - p.mean(axis=0) for p in places]) if len(places) == len(signals) else None,
         beyond=joined_beyond(each("beyond")),

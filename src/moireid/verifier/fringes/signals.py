@@ -343,7 +343,12 @@ def _combine(
         phase_sd = np.where(total > 0, 1 / np.sqrt(total), np.inf)
     weight = weight * known
     turned = less_uneven_air(turned, weight, common, air_rad)
-    wander = np.sqrt((weight * turned**2).sum(axis=1) / np.maximum(weight.sum(axis=1), 1e-12))
+    contrast = np.array([strip.contrast / max(float(np.median(strip.contrast)), 1e-9) for strip in strips])
+    dimmed = contrast - (weight * contrast).sum(axis=0) / np.maximum(weight.sum(axis=0), 1e-12)
+    dimmed -= (weight * dimmed).sum(axis=1, keepdims=True) / np.maximum(weight.sum(axis=1, keepdims=True), 1e-12)
+    wander, noise = (
+        np.sqrt((weight * apart**2).sum(axis=1) / np.maximum(weight.sum(axis=1), 1e-12)) for apart in (turned, dimmed)
+    )
     strip_sd = np.array(
         [
             np.median(own[own < measuring.MAX_PHASE_SD_RAD]) if (own < measuring.MAX_PHASE_SD_RAD).any() else 0.0
@@ -358,6 +363,7 @@ def _combine(
         pose_sd_rad,
         wander,
         times_s,
+        strip_noise_rad=noise,
         strip_sd_rad=strip_sd,
         stretch=numbers,
         phase_rad=signal,

@@ -20,7 +20,7 @@ from moireid.verifier.fringes.grating_signal import DepthLaw
 from moireid.verifier.fringes.sinusoid import Fit, fit_columns, fit_rows, fitted_rows
 from moireid.verifier.measuring import COVERED_MISFIT_CONTRASTS, COVERED_MISFIT_RATIO, STRIP_NOISE_RATIO
 from moireid.verifier.picture import CODING_POWER
-from moireid.verifier.series import greatest_near
+from moireid.verifier.series import greatest_near, spread_out
 
 Array = NDArray[np.float64]
 
@@ -188,10 +188,6 @@ def rounding_rad(strip: StripPhase) -> float:
     return float(np.median(light_per_count / np.sqrt(12) / strip.contrast[clear]))
 
 
-def _spread_out(count: int, most: int) -> NDArray[np.int64]:
-    return np.unique(np.linspace(0, count - 1, min(most, count)).astype(int))
-
-
 def strongest_frequency(
     profiles: Array, law: StripLaw, length_mm: float, band: tuple[float, float]
 ) -> tuple[float, float]:
@@ -201,7 +197,7 @@ def strongest_frequency(
     Returns: 1/mm, and its share of the pattern's power, 0 to 1.
     Source: periodogram under a Hann window, whose gain for a sinusoid of N samples is N/3 of its power.
     """
-    frames = _spread_out(len(profiles), SEARCH_FRAMES)
+    frames = spread_out(len(profiles), SEARCH_FRAMES)
     some = profiles[frames].astype(float)
     line = np.linspace(-1, 1, some.shape[1])
     some = some - some.mean(axis=1, keepdims=True)
@@ -222,7 +218,7 @@ def _refine(profiles: Array, law: StripLaw, start: float, reach: float, most: in
 
     Source: Gauss-Newton on what the fit of each frame leaves (variable projection; Kaufman 1975).
     """
-    frames = _spread_out(len(profiles), most)
+    frames = spread_out(len(profiles), most)
     some, law = profiles[frames], law.part(frames)
     background, place = level_and_slope(some.shape[1]), start
     for _ in range(REFINE_STEPS):

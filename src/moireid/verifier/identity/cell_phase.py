@@ -38,6 +38,7 @@ from moireid.verifier.identity.cell_waveform import (
     moments,
 )
 from moireid.verifier.identity.neighbour_lines import ahead_of_own_lines
+from moireid.verifier.series import spread_out
 from moireid.verifier.tracking.brightness_profiles import Strip, rims_of
 from moireid.verifier.tracking.track import Track
 
@@ -192,7 +193,7 @@ def _shape(track: Track, measurement: Measurement, grating: int, field: Field) -
     code = track.badge.gratings[grating].code
     assert code is not None
     read = np.flatnonzero(field.read)
-    frames = read[np.unique(np.linspace(0, len(read) - 1, min(SHAPE_FRAMES, len(read))).astype(int))]
+    frames = read[spread_out(len(read), SHAPE_FRAMES)]
     seen, phases = [], []
     for index, strip in enumerate(track.strips):
         if strip.grating == grating and strip.uniform and code.roles[strip.cells[0]] == "reference":
@@ -268,7 +269,7 @@ def _twists(apart: Array, across: Array, weight: Array, slope: float) -> list[fl
     step = slope * measuring.USUAL_TWIST_RAD / TWIST_STEPS
     count = round(slope * measuring.MAX_TWIST_RAD / step)
     grid = step * np.arange(-count, count + 1)
-    some = np.unique(np.linspace(0, apart.shape[1] - 1, min(TWIST_FRAMES, apart.shape[1])).astype(int))
+    some = spread_out(apart.shape[1], TWIST_FRAMES)
     turned = weight[:, some] * np.exp(1j * apart[:, some])
     agreement = np.abs(np.exp(-1j * np.outer(grid, across)) @ turned).sum(axis=1) / weight[:, some].sum()
     usual = slice(count - TWIST_STEPS, count + TWIST_STEPS + 1)

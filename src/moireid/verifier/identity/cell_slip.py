@@ -151,6 +151,8 @@ def rows_apart(rows: Iterable[RowMotion], times_s: Array) -> RowsApart:
         halves = [slip for slip, scale in known if scale < 1.0]
         # A row of one cell has no halves to compare.
         coherent = _shared(halves[0], halves[1], times_s) if len(halves) == 2 else film
+        # Slips count in contrasts of the plain rows, which cells with more contrast exceed by as much.
+        coherent /= max(1.0, float(row.moved.sum()) / max(float(row.expected.sum()), 1e-12))
         found.append(RowsApart(film, second, coherent))
     return greatest(found)
 

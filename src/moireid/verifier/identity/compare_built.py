@@ -122,21 +122,10 @@ class Comparison:
     constant_room_rad: float | None = None
 
 
-@dataclass(frozen=True)
-class FilmFigures:
-    """What a film shows of a badge as built; apart_rad: how far the offset in its worst stretch is from that of the
-    film, and apart_sd its standard deviation, rad; 0 and 1 where there is one stretch.
-    """
-
-    as_built: AsBuilt
-    apart_rad: float = 0.0
-    apart_sd: float = 1.0
-
-
 def filmed_built(
     track: Track, measurement: Measurement, gain: float, gain_sd: float, third_harmonic: float | None = None
-) -> FilmFigures:
-    """The as-built figures measured from one film.
+) -> tuple[AsBuilt, Reason | None]:
+    """The as-built figures measured from one film, and a finding where its stretches show several places of the sheet.
 
     Parameters: gain, gain_sd: the film's gain over the design, and its standard deviation; third_harmonic: as in
         `AsBuilt`.
@@ -180,7 +169,7 @@ def filmed_built(
         **_filmed_maps(measurement.maps),
     )
     apart = np.angle(clock * np.conj(mean_turn))
-    return FilmFigures(as_built, *_worst_stretch(apart, law_rad, measurement.gratings[index], gain_sd))
+    return as_built, _moved_sheet(*_worst_stretch(apart, law_rad, measurement.gratings[index], gain_sd))
 
 
 def _filmed_maps(maps: Sequence[PlaceMap]) -> dict[str, Any]:
@@ -211,6 +200,15 @@ def _worst_stretch(apart: Array, law_rad: Array, signal: GratingSignal, gain_sd:
         sd = math.hypot(scatter, abs(float(aside[part].mean())) * gain_sd, measuring.OFFSET_REPEATS_RAD)
         worst = max(worst, (abs(float(apart[part].mean())), sd), key=lambda found: found[0] / found[1])
     return worst
+
+
+def _moved_sheet(apart_rad: float, sd_rad: float) -> Reason | None:
+    """The finding on a sheet that is not in one place all film long; parameters: of the worst stretch."""
+    limit = measuring.AGREES_SDS * sd_rad
+    if apart_rad <= limit:
+        return None
+    text = "Between parts of the film the lens sheet seems to lie in different places."
+    return Reason("as_built_stretches", "note", apart_rad, limit, "rad", text)
 
 
 def agree(new: AsBuilt, known: AsBuilt, badge: Badge) -> dict[str, FigurePair]:
@@ -252,12 +250,10 @@ def agree(new: AsBuilt, known: AsBuilt, badge: Badge) -> dict[str, FigurePair]:
     return pairs
 
 
-def compare_built(
-    found: AsBuilt, enrolled: AsBuilt, badge: Badge, *, apart_rad: float = 0.0, apart_sd: float = 1.0
-) -> Comparison:
+def compare_built(found: AsBuilt, enrolled: AsBuilt, badge: Badge, moved: Reason | None = None) -> Comparison:
     """Whether the figures of a film are those that were measured at enrolment.
 
-    Parameters: apart_rad, apart_sd: of the worst stretch, as in `FilmFigures`.
+    Parameters: moved: the finding of `filmed_built`.
 
     Source: `agree`, but for the gain.
     """
@@ -268,11 +264,9 @@ def compare_built(
             levels.append(pair.level)
             text = f"Compared with its enrolment, {words} {SEEN[pair.level]}."
             reasons.append(Reason(code, "note", pair.difference, pair.limit, pair.unit, text))
-    if apart_rad > measuring.AGREES_SDS * apart_sd:
+    if moved is not None:
         levels.append("not_known")
-        limit = measuring.AGREES_SDS * apart_sd
-        text = "Between parts of the film the lens sheet seems to lie in different places."
-        reasons.append(Reason("as_built_stretches", "note", apart_rad, limit, "rad", text))
+        reasons.append(moved)
     built: Built = "differs" if "differs" in levels else "not_known" if "not_known" in levels else "agrees"
     if built != "agrees":
         return Comparison(built, tuple(reasons))

@@ -1,72 +1,24 @@
-/* A page followed from one frame to the next in one call: where it is expected, its registration, and its rows. */
+/* A page registered from where it is expected. */
 #include "kernel.h"
 
 /* A print, and room to register it: `values` (samples,).  `coarse`, null for none: some of its samples, with which a page
- * is brought near, by steps until one is shorter than `near_px`; `coarse_steps`, written: those that took.  The print's places are page mm less `middle`, over `extent`;
- * it serves pages of `least_scale` to `most_scale`, px per mm at its middle. */
+ * is brought near, by steps until one is shorter than `near_px`; `coarse_steps`, written: those that took.  The print's
+ * places are page mm less `middle`, over `extent`. */
 typedef struct {
     const Print *print, *coarse;
     const Rules *rules;
     float *values;
     Comparison *found;
-    double middle[2], extent, least_scale, most_scale, near_px;
+    double middle[2], extent, near_px;
     int32_t coarse_steps;
 } Drawing;
 
-/* Rows of the page, as `kernel_rows` reads them, where a page correlates by so much; light (256,): of each byte. */
-typedef struct {
-    Places places;
-    const int32_t *counts;
-    const float *light;
-    float *profiles;
-    double least_correlation;
-    int32_t strips, samples;
-} Rows;
-
-enum { NONE = 0, HELD = 1, LOOSE = 2, OTHER_SCALE = 3, ALL_SEEN = 4, READ = 8 };
-
-static double determinant(const double m[9]) {
-    return m[0] * (m[4] * m[8] - m[5] * m[7]) - m[1] * (m[3] * m[8] - m[5] * m[6]) + m[2] * (m[3] * m[7] - m[4] * m[6]);
-}
-
-/* Product of homographies, h33 = 1. */
-static void product(const double a[9], const double b[9], double found[9]) {
-    double whole[9];
-    for (int row = 0; row < 3; row++)
-        for (int k = 0; k < 3; k++)
-            whole[3 * row + k] = a[3 * row] * b[k] + a[3 * row + 1] * b[3 + k] + a[3 * row + 2] * b[6 + k];
-    for (int k = 0; k < 9; k++) found[k] = whole[k] / whole[8];
-}
-
-/* The page after its last motion is done once more, by a share of it, which is right to first order; the last page where
- * the one before cannot be inverted, or no number comes of it. */
-PUBLIC void kernel_expected(const double *before, const double *last, double share, double *expected) {
-    const double *m = before, whole = determinant(before);
-    const double back[9] = {m[4] * m[8] - m[5] * m[7], m[2] * m[7] - m[1] * m[8], m[1] * m[5] - m[2] * m[4],
-                            m[5] * m[6] - m[3] * m[8], m[0] * m[8] - m[2] * m[6], m[2] * m[3] - m[0] * m[5],
-                            m[3] * m[7] - m[4] * m[6], m[1] * m[6] - m[0] * m[7], m[0] * m[4] - m[1] * m[3]};
-    double motion[9];
-    for (int k = 0; k < 9; k++) expected[k] = last[k];
-    if (!(whole > 0 || whole < 0)) return;
-    product(back, last, motion);
-    for (int k = 0; k < 9; k++) motion[k] = share * motion[k] + (k % 4 ? 0 : 1 - share);
-    product(last, motion, expected);
-    for (int k = 0; k < 9; k++)
-        if (!(expected[k] > -1e300 && expected[k] < 1e300)) {
-            for (int n = 0; n < 9; n++) expected[n] = last[n];
-            return;
-        }
-}
+enum { NONE = 0, HELD = 1, LOOSE = 2, ALL_SEEN = 4 };
 
 /* Follow a page: expected (9,), the start of its registration; page (9,), what is found.  Homographies are page mm -> px,
- * h33 = 1.  rows: null where none are read.  Returns what was found; `OTHER_SCALE` where the print must be drawn anew. */
-PUBLIC int32_t kernel_follow(const Picture *picture, Drawing *drawing, const Rows *rows, const double *expected,
-                             int32_t any_scale, double *page) {
+ * h33 = 1.  Returns what was found. */
+PUBLIC int32_t kernel_follow(const Picture *picture, Drawing *drawing, const double *expected, double *page) {
     const double *middle = drawing->middle, extent = drawing->extent;
-    const double depth = expected[6] * middle[0] + expected[7] * middle[1] + expected[8];
-    const double area = determinant(expected) / (depth * depth * depth);
-    const double scale = __builtin_sqrt(area < 0 ? -area : area);
-    if (!any_scale && !(scale > drawing->least_scale && scale < drawing->most_scale)) return OTHER_SCALE;
     double warp[9];
     for (int row = 0; row < 9; row += 3) {
         warp[row] = expected[row] * extent;
@@ -90,11 +42,5 @@ PUBLIC int32_t kernel_follow(const Picture *picture, Drawing *drawing, const Row
     }
     int32_t all = 1;
     for (int32_t k = 0; k < drawing->print->patches; k++) all &= drawing->found->seen[k];
-    if (rows && rows->profiles && state == HELD && drawing->found->correlation >= rows->least_correlation) {
-        Picture lit = *picture;
-        lit.levels = rows->light;
-        kernel_rows(&lit, &rows->places, page, rows->counts, rows->strips, rows->samples, rows->profiles);
-        state |= READ;
-    }
     return state | (all ? ALL_SEEN : 0);
 }

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from moireid.errors import MoireIdError
 
 #: As `KERNEL_VERSION` of kernel.h.
-VERSION = 4
+VERSION = 5
 #: `hatch_build.py` writes it next to this file.
 NAME = {"win32": "_kernel.dll", "darwin": "_kernel.dylib"}.get(sys.platform, "_kernel.so")
 

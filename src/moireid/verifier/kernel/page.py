@@ -70,24 +70,13 @@ class DrawingStruct(ctypes.Structure):
     _fields_ = (
         *((name, ctypes.c_void_p) for name in ("print", "coarse", "rules", "values", "found")),
         ("middle", ctypes.c_double * 2),
-        *((name, ctypes.c_double) for name in ("extent", "least_scale", "most_scale", "near_px")),
+        *((name, ctypes.c_double) for name in ("extent", "near_px")),
         ("coarse_steps", ctypes.c_int32),
     )
 
 
-class RowsStruct(ctypes.Structure):
-    """`Rows` of following.c."""
-
-    _fields_ = (
-        ("places", PlacesStruct),
-        *((name, ctypes.c_void_p) for name in ("counts", "light", "profiles")),
-        ("least_correlation", ctypes.c_double),
-        *((name, ctypes.c_int32) for name in ("strips", "samples")),
-    )
-
-
-#: What `kernel_follow` returns: 0 or one of the first three, and flags.
-HELD, LOOSE, OTHER_SCALE, ALL_SEEN, READ = 1, 2, 3, 4, 8
+#: What `kernel_follow` returns: 0 or one of the first two, and a flag.
+HELD, LOOSE, ALL_SEEN = 1, 2, 4
 
 
 class Points:
@@ -109,31 +98,11 @@ class Points:
 class PageRows:
     """Rows of the page, one strip's after another's."""
 
-    def __init__(self, points: Points, counts: NDArray[np.int32], samples: int, least_correlation: float) -> None:
-        """Parameters: counts (S,): rows of each strip, one or more, of so many samples; least_correlation: from which a
-        page's rows are read as it is registered.
-        """
+    def __init__(self, points: Points, counts: NDArray[np.int32], samples: int) -> None:
+        """Parameters: counts (S,): rows of each strip, one or more, of so many samples."""
         if int(counts.sum()) * samples != points.struct.count or counts.min() < 1:
             raise ValueError(f"{points.struct.count} places are not {counts.sum()} rows of {samples}")
         self.points, self._counts, self._shape = points, counts, (len(counts), samples)
-        self._room: Single | None = None
-        start = address(counts, np.int32)
-        self._struct = RowsStruct(points.struct, start, None, None, least_correlation, len(counts), samples)
-
-    def struct(self, light: Single) -> RowsStruct:
-        """The rows, with room to read them.  Parameters: light (256,): of each coded byte."""
-        if self._room is None:
-            self._room = np.empty(self._shape, np.float32)
-            self._struct.profiles = address(self._room, np.float32)
-        self._struct.light, self._struct.light_array = address(light, np.float32, 256), light
-        return self._struct
-
-    def taken(self) -> Single:
-        """What was read, (S, samples)."""
-        if self._room is None:
-            raise ValueError("no rows were read")
-        profiles, self._room, self._struct.profiles = self._room, None, None
-        return profiles
 
     def read(self, picture: PictureStruct, warp: Array) -> Single:
         """Mean of the rows of each strip under a warp, (S, samples)."""
@@ -166,14 +135,12 @@ class PagePrint:
         middle: Array,
         extent: float,
         px_per_mm: float,
-        scale_step: float,
         rules: RulesStruct,
         least_correlation: float,
     ) -> None:
         """Parameters: first (K + 1,): where each patch's samples begin; sides (K,): the frame's side of each, -1 for a
         square; printed (N,): about each patch's mean; squares: patches up to which none is left out as covered;
-        middle (2,), extent: the places are page mm less `middle`, over `extent`; px_per_mm, scale_step: the print
-        serves pages of that scale, within this factor.
+        middle (2,), extent: the places are page mm less `middle`, over `extent`; px_per_mm: scale of the print.
         """
         self.points, self.samples, self.patches = points, points.struct.count, len(sides)
         if self.patches > MOST_PATCHES or first[-1] != self.samples or min(np.diff(first)) < 1:
@@ -209,8 +176,6 @@ class PagePrint:
             ctypes.addressof(self._found),
             (ctypes.c_double * 2)(*middle),
             extent,
-            px_per_mm / scale_step,
-            px_per_mm * scale_step,
         )
 
     @property
@@ -252,14 +217,12 @@ class PagePrint:
         """Products of the rows of `free` over the visible patches, (8, 8)."""
         return np.asarray(self._normal[np.array(seen)].sum(axis=0))
 
-    def follow(
-        self, picture: PictureStruct, expected: Array, rows: RowsStruct | None = None, *, any_scale: bool = True
-    ) -> tuple[int, Array]:
-        """Register the page where it is expected, and read its rows.
+    def follow(self, picture: PictureStruct, expected: Array) -> tuple[int, Array]:
+        """Register the page where it is expected.
 
-        Parameters: expected: homography page mm -> px; any_scale: also where the print was drawn for another scale.
-        Returns: one of `HELD` and `LOOSE` (whether the visible patches hold the page), `OTHER_SCALE` and 0 (nothing
-            that matches), with the flags `ALL_SEEN` and `READ` (of the rows); and the page, h33 = 1.
+        Parameters: expected: homography page mm -> px.
+        Returns: one of `HELD` and `LOOSE` (whether the visible patches hold the page) and 0 (nothing that matches),
+            with the flag `ALL_SEEN`; and the page, h33 = 1.
         """
         if self._free is None:
             raise ValueError("a print must be prepared before it is registered")
@@ -267,9 +230,7 @@ class PagePrint:
         state = library().kernel_follow(
             ctypes.byref(picture),
             ctypes.byref(self._drawing),
-            None if rows is None else ctypes.byref(rows),
             ctypes.c_void_p(address(expected, np.float64, 9)),
-            ctypes.c_int32(any_scale),
             ctypes.c_void_p(address(page, np.float64)),
         )
         return state, page
@@ -323,21 +284,6 @@ def values_at(picture: PictureStruct, warp: Array, points: Points) -> Single | N
         ctypes.c_void_p(address(values, np.float32)),
     )
     return values if within else None
-
-
-def expected_page(before: Array, last: Array, share: float) -> Array:
-    """The page after its motion from `before` to `last`, all homographies with h33 = 1, is repeated by a share of it.
-
-    Source: to first order in the motion; the last page, where the one before has no inverse.
-    """
-    found = np.empty((3, 3))
-    library().kernel_expected(
-        ctypes.c_void_p(address(before, np.float64, 9)),
-        ctypes.c_void_p(address(last, np.float64, 9)),
-        ctypes.c_double(share),
-        ctypes.c_void_p(address(found, np.float64)),
-    )
-    return found
 
 
 def correlations(picture: PictureStruct, warp: Array, printed: Single, fewer: int, reach: int, total: Single) -> None:

@@ -12,7 +12,7 @@ from datetime import UTC, datetime
 from typing import Any
 
 from moireid.names import name_with_line
-from moireid.provenance import BadgeHolder, Exclusion, Standing
+from moireid.provenance import BadgeHolder, Revocation, Standing
 
 #: Not by the system's locale: the report is in one language.
 MONTHS = (
@@ -33,7 +33,7 @@ class Circumstances:
         The film's name as people know it; None for the name in the report.
     claim : str, optional
         The claim as it was made, if one was.
-    barred : Exclusion, optional
+    barred : Revocation, optional
         Why the claimed badge does not count; None if it does, or if that is not known.
     read : BadgeHolder, optional
         Who holds the badge that was read in the film, according to the registry; None if no one does.
@@ -41,18 +41,15 @@ class Circumstances:
         Authority and head of the registry, or of its bundle, that was asked; None if none was.
     registry : str, optional
         Name of the registry or bundle, without its place; None if it is not to be shown.
-    looked_up : bool
-        Whether `read` was searched among all holders in the registry; a large bundle's seals take too long.
     """
 
     checked_at: datetime
     film_name: str | None = None
     claim: str | None = None
-    barred: Exclusion | None = None
+    barred: Revocation | None = None
     read: BadgeHolder | None = None
     standing: Standing | None = None
     registry: str | None = None
-    looked_up: bool = True
 
     @property
     def bundle(self) -> str | None:

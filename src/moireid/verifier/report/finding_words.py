@@ -15,7 +15,7 @@ from moireid.verifier.explanations.words import WORDS, Parameters, does
 Finding = Mapping[str, Any]
 #: The most important codes come first; all others follow in the order in which they were found.
 WEIGHTIEST = (
-    *("revoked", "suspended", "expired"),
+    "revoked",
     *("name", "identities", "identity", "beats", "enrolled", "genuine", "built", "cells_move"),
     # Rivals of the law that name a motion of the fringes; the last but one only says that they move otherwise.
     *("explanations", "still", "drift", "late", "place", "another_gain", "own_motion", "spell"),
@@ -29,7 +29,7 @@ CAUSES = (
 )
 #: Notes that warn; all others are for experts.
 WARNINGS = (
-    *("claim_source", "look_alike", "chosen_line", "hidden_letters", "copyable"),
+    *("claim_source", "look_alike", "hidden_letters", "copyable"),
     *("as_built_earlier", "others", "times", "covered", "pose_outliers", "challenge", "tracks", "damaged"),
 )
 

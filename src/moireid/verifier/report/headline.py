@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from moireid.provenance import BadgeHolder, Exclusion
+from moireid.provenance import BadgeHolder, Revocation
 from moireid.verifier.explanations.table import cause_of, in_words
 from moireid.verifier.explanations.words import does, how_far
 from moireid.verifier.report.circumstances import Circumstances, ClaimNote, claimed_in, day
@@ -32,12 +32,8 @@ BROKEN = {
     "window_correlation": "do not go with the badge's motion",
     "overlap_law": "leave the law while the badge is before the face",
 }
-#: Why a badge does not count, whatever its film shows, the most serious first: the finding's code, and its state.
-BARRED = {
-    "revoked": "is no longer valid",
-    "suspended": "is not valid until the operator of the registry reinstates it",
-    "expired": "is no longer valid",
-}
+#: What a badge is that does not count, whatever its film shows.
+REVOKED = "is no longer valid"
 DISTRUST = "Do not use this film as proof. If you think that it is genuine, ask for the file as the camera made it."
 
 
@@ -125,9 +121,8 @@ def _open(document: Mapping[str, Any], found: Findings) -> Headline:
 def _refused(document: Mapping[str, Any], found: Findings, claimed: ClaimNote, known: Circumstances) -> Headline:
     failed = found.failed
     held = (document.get("invariant") or {}).get("verdict") == "accept"
-    for code in BARRED:
-        if code in failed:
-            return _barred(document, failed[code], claimed, known)
+    if "revoked" in failed:
+        return _barred(document, failed["revoked"], claimed, known)
     broken = [code for code in LAW if code in failed]
     if broken:
         text = "So this is no film of a real badge that moved as the picture shows."
@@ -157,32 +152,23 @@ def _refused(document: Mapping[str, Any], found: Findings, claimed: ClaimNote, k
 
 
 def _barred(document: Mapping[str, Any], finding: Finding, claimed: ClaimNote, known: Circumstances) -> Headline:
-    """A badge that was revoked or suspended, or has expired: this comes before all else."""
+    """A badge that was revoked: this comes before all else."""
     rest = {
         ("accept", "match"): "Apart from that it is genuine: the fringes moved as a real badge's do.",
         ("accept", "mismatch"): "Besides, the film shows another badge.",
     }.get((document["invariant"]["verdict"], document["identity"]["verdict"]), "")
     if document["invariant"]["verdict"] == "reject":
         rest = "Besides, the fringes do not follow the law."
-    code, reason = finding["code"], str(finding["measured"])
     whose = claimed.whose.capitalize() if not claimed.vouched else claimed.whose
-    text = f"{whose} {BARRED[code]}. {rest}".strip()
+    text = f"{whose} {REVOKED}. {rest}".strip()
     advice = f"Accept no film of this badge. Ask {claimed.name} for one of the badge that replaced it."
-    if code == "suspended":
-        advice = "Accept no film of this badge meanwhile. Ask the operator of the registry about it."
-    if known.barred is not None:
-        return Headline("reject", _bar(known.barred, known), text, advice)
-    title = f"Expired on {day(reason, known.checked_at)}" if code == "expired" else f"{code.capitalize()}: {reason}"
+    title = f"Revoked: {finding['measured']}" if known.barred is None else _bar(known.barred, known)
     return Headline("reject", title, text, advice)
 
 
-def _bar(barred: Exclusion, known: Circumstances) -> str:
-    """Why a badge does not count, in a line, such as: Revoked on 3 May, compromised since 1 May: lost on the train."""
-    on = f"{barred.code.capitalize()} on {day(barred.at, known.checked_at)}"
-    if barred.code == "expired":
-        return on
-    since = f", compromised since {day(barred.since, known.checked_at)}" if barred.since else ""
-    return f"{on}{since}: {barred.reason}"
+def _bar(barred: Revocation, known: Circumstances) -> str:
+    """Why a badge does not count, in a line, such as: Revoked on 3 May: lost on the train."""
+    return f"Revoked on {day(barred.at, known.checked_at)}: {barred.reason}"
 
 
 def _another(held: bool, claimed: ClaimNote, known: Circumstances) -> Headline:
@@ -194,11 +180,9 @@ def _another(held: bool, claimed: ClaimNote, known: Circumstances) -> Headline:
         advice = "Do not take this film as one of that badge. Ask who can be seen in it."
     if read is None:
         where = "registry" if known.bundle is None else "bundle"
-        unknown = known.standing and known.looked_up
+        unknown = known.standing
         other = f"held by no one in this {where}, and" if unknown else "another badge,"
         text = f"{law}, but it is not {claimed.whose}."
-        if not known.looked_up:
-            text += " The bundle keeps identities sealed, and holds too many to look up whose badge it is."
         return Headline("reject", f"{genuine}{other} not {claimed.possessive}", text, advice)
     holder, title = read.name, f"{genuine}{read.name}'s, not {claimed.possessive}"
     if claimed.vouched and read.name == claimed.name:
@@ -207,7 +191,7 @@ def _another(held: bool, claimed: ClaimNote, known: Circumstances) -> Headline:
     text = f"{law}, and the registry issued the badge that is shown to {holder}."
     if read.barred is not None:
         bar = _bar(read.barred, known)
-        text += f" It {'' if read.barred.code == 'expired' else 'was '}{bar[0].lower()}{bar[1:]}."
+        text += f" It was {bar[0].lower()}{bar[1:]}."
     return Headline("reject", title, text, advice)
 
 
@@ -222,7 +206,7 @@ def _of_namesakes(read: BadgeHolder, claimed: ClaimNote) -> str:
 def _not_held(finding: Finding, held: bool, known: Circumstances) -> Headline:
     """No person was claimed, and no valid holder has the badge that is shown."""
     if known.read is not None and known.read.barred is not None:
-        text = f"The badge was issued to {known.read.name}, and {BARRED[known.read.barred.code]}."
+        text = f"The badge was issued to {known.read.name}, and {REVOKED}."
         return Headline("reject", _bar(known.read.barred, known), text, "Accept no film of this badge.")
     where = "registry" if known.bundle is None else "bundle"
     title = f"Genuine, but held by no one in this {where}" if held else f"Held by no one in this {where}"

@@ -32,26 +32,17 @@ if TYPE_CHECKING:
     from moireid.verifier.session.result import Report
 
 LAW, LAW_NARROW, BADGE, FRAME = "law.svg", "law-narrow.svg", "badge.png", "frame.jpg"
-RIVAL, RIVAL_NARROW = "rival.svg", "rival-narrow.svg"
 #: The only names that pictures can have.
-NAME = re.compile(r"(?:law|rival)(?:-narrow)?\.svg|plot[0-9]{1,2}\.svg|badge\.png|frame\.jpg")
+NAME = re.compile(r"law(?:-narrow)?\.svg|badge\.png|frame\.jpg")
 KINDS = {"svg": "image/svg+xml", "png": "image/png", "jpg": "image/jpeg"}
 
 
 class Pictures(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Contents by name, titles of the plots for experts in the order of their numbers, the frame's time, s, and the
-    signals as CSV.
-    """
+    """Contents by name, the frame's time, s, and the signals as CSV."""
 
     files: dict[Annotated[str, Meta(pattern=rf"^(?:{NAME.pattern})\Z")], bytes] = {}
-    plots: Annotated[tuple[str, ...], Meta(max_length=100)] = ()
     frame_s: float | None = None
     signals: str = ""
-
-    def __post_init__(self) -> None:
-        """Raises: ValueError where a plot has no picture."""
-        if any(f"plot{number}.svg" not in self.files for number in range(len(self.plots))):
-            raise ValueError("a plot has no picture")
 
 
 def pictures_of(report: Report) -> Pictures:
@@ -60,21 +51,16 @@ def pictures_of(report: Report) -> Pictures:
     import cv2
 
     from moireid.verifier.report.film_frame import frame_picture, moment_to_show
-    from moireid.verifier.report.plots import NARROW, law_plot, plots_of
-    from moireid.verifier.report.rival_plot import rival_plot
+    from moireid.verifier.report.plots import NARROW, law_plot
 
-    files: dict[str, bytes] = {}
-    plots = plots_of(report)
     drawn = {LAW: law_plot(report), LAW_NARROW: law_plot(report, NARROW)}
-    drawn |= {RIVAL: rival_plot(report), RIVAL_NARROW: rival_plot(report, NARROW)}
-    files |= {name: svg.encode() for name, svg in drawn.items() if svg is not None}
-    files |= {f"plot{number}.svg": svg.encode() for number, (_, svg) in enumerate(plots)}
+    files = {name: svg.encode() for name, svg in drawn.items() if svg is not None}
     if report.track.snapshot is not None:
         files[BADGE] = cv2.imencode(".png", report.track.snapshot)[1].tobytes()
     moment = moment_to_show(report)
     if (shown := frame_picture(report, moment)) is not None:
         files[FRAME] = shown
-    return Pictures(files, tuple(title for title, _ in plots), moment.time_s, report.signals().to_csv())
+    return Pictures(files, moment.time_s, report.signals().to_csv())
 
 
 #: What was checked, in plain words.

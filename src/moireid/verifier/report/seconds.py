@@ -17,13 +17,8 @@ LEAST_GAP_S, MOST_NAMED = 0.5, 3
 WHOLE = 0.995
 
 
-@dataclass(frozen=True)
-class Bar:
-    """A part of a row: from and width as shares of the film, 0 to 100, and what it shows."""
-
-    at: float
-    width: float
-    kind: str
+#: A part of a row: from and width as shares of the film, 0 to 100, and what it shows.
+Bar = tuple[float, float, str]
 
 
 @dataclass(frozen=True)
@@ -53,7 +48,7 @@ def seconds_of(document: Mapping[str, Any]) -> Seconds | None:
             ("face seen", _bars(film, _spans(overlap["faces"]), "seen")),
             ("badge before it", _bars(film, _spans(overlap["overlaps"]), "judged")),
         ]
-    kinds = tuple((kind, LAW[kind]) for kind in LAW if any(bar.kind == kind for _, bars in rows for bar in bars))
+    kinds = tuple((kind, LAW[kind]) for kind in LAW if any(shown == kind for _, bars in rows for *_, shown in bars))
     return Seconds(tuple(rows), f"{film[1] - film[0]:.1f} s", kinds, _words(film, seen, judged, cover["share"]))
 
 
@@ -63,11 +58,11 @@ def _spans(said: Iterable[Sequence[float]]) -> tuple[Span, ...]:
 
 def _bars(film: Span, spans: Sequence[Span], kind: str) -> tuple[Bar, ...]:
     long = film[1] - film[0]
-    found = []
+    found: list[Bar] = []
     for start, end in spans:
         at, to = (100 * min(max((time_s - film[0]) / long, 0.0), 1.0) for time_s in (start, end))
         # A moment is shown as a thin line.
-        found.append(Bar(min(at, 99.5), max(to - at, 0.5), kind))
+        found.append((min(at, 99.5), max(to - at, 0.5), kind))
     return tuple(found)
 
 

@@ -30,7 +30,6 @@ from moireid.verifier.session.threads import return_freed_memory
 from moireid.verifier.timeline import Span, outside
 from moireid.verifier.tracking.badge_tracker import BadgeTracker
 from moireid.verifier.tracking.track import Track
-from moireid.verifier.video import unreduced_px
 
 #: Of several badges with the claimed identity, a rejected one counts first, then an accepted, then an inconclusive one.
 ORDER = {"reject": 0, "accept": 1, "inconclusive": 2}
@@ -141,7 +140,7 @@ class ChapterTracker:
         judged = [one for chapter in self.chapters for one in (chapter, chapter.claimed) if one is not None]
         return {chapter.identity.decoded_id for chapter in judged if chapter.identity.decoded_id}
 
-    def broken(self, reduced_by: int = 1) -> list[BrokenBadge]:
+    def broken(self) -> list[BrokenBadge]:
         """This badge if it is rejected, or the law does not explain its fringes, also in frames that are said to be
         damaged; one that reads no identity may be the judged one with its code hidden, while it breaks the law.
         """
@@ -151,19 +150,18 @@ class ChapterTracker:
         if not whole and not breaking:
             return []
         spans = tuple(span for chapter in (chapters if read else breaking) for span in chapter.judged_s)
-        return [BrokenBadge(read, spans, self.region(reduced_by), whole or not read)]
+        return [BrokenBadge(read, spans, self.region, whole or not read)]
 
-    def region(self, reduced_by: int = 1) -> dict[str, Any] | None:
-        """First frame that shows the badge, and the corners of its board there, film px; None if no frame shows it.
+    @property
+    def region(self) -> dict[str, Any] | None:
+        """First frame that shows the badge, and the corners of its board there, px; None if no frame shows it.
 
-        Parameters: reduced_by: pixels of the film for one of the frames, as `Film.reduced_by`.
         Convention: as `BadgeTracker.outline_px`.
         """
         corners, first = self.tracker.outline_px(), self.tracker.ends.first
         if corners is None or first is None:
             return None
-        film_px = unreduced_px(corners, reduced_by)
-        places = [[json_number(round(float(value), 1)) for value in corner] for corner in film_px]
+        places = [[json_number(round(float(value), 1)) for value in corner] for corner in corners]
         return {"frame": first.frame, "time_s": json_number(first.time_s), "corners_px": places}
 
 
@@ -223,12 +221,12 @@ def _place(region: dict[str, Any] | None) -> str:
     return f"in frame {region['frame']} near ({x:.0f}, {y:.0f}) px"
 
 
-def broken_findings(judged: ChapterTracker, broken: Sequence[BrokenBadge], reduced_by: int = 1) -> tuple[Reason, ...]:
+def broken_findings(judged: ChapterTracker, broken: Sequence[BrokenBadge]) -> tuple[Reason, ...]:
     """Findings if another badge is rejected that has the identity of the judged one, or may be the judged one.
 
     Convention: a violation shorter than `SPELL_S` of a badge without identity does not count, as for the judged badge.
     """
-    own = judged.region(reduced_by)
+    own = judged.region
     same = [one for one in broken if one.read & judged.read() and one.region != own]
     if same and judged.verdict != "reject":
         seconds = sum(end - start for one in same for start, end in one.judged_s)

@@ -70,7 +70,7 @@ def built_in(report: Report) -> AsBuilt | None:
 def figures_in(track: Track, measurement: Measurement, invariant: Invariant) -> AsBuilt:
     """As-built figures of the badge in an accepted film; invariant: of all of it, track and measurement of a part."""
     gain, gain_sd = invariant.gain_ratio or math.nan, invariant.gain_sd or math.nan
-    return filmed_built(track, measurement, gain, gain_sd, invariant.third_harmonic).as_built
+    return filmed_built(track, measurement, gain, gain_sd, invariant.third_harmonic)[0]
 
 
 def why_refused(report: Report) -> str:

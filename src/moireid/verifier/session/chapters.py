@@ -54,14 +54,13 @@ class Chapter:
 
     tracked: number of frames that are not in an earlier chapter; signals: of these frames; track, measurement: of all
     its frames, None once they are dropped; sheet: the gains that the badge may have (the signals are computed with the
-    expected one); passed: as in `Track`; judged_s, seen_s: the spans that were judged, and those that show the badge;
+    expected one); judged_s, seen_s: the spans that were judged, and those that show the badge;
     earlier: the same by each earlier set of figures, the newest first, where the film does not agree with those in use;
     claimed: as it was rejected with the frames that only the container says are damaged, where it is not without them.
     """
 
     frames_read: int
     tracked: int
-    passed: int
     span_s: Span
     seen_s: tuple[Span, ...]
     stages_s: dict[str, float]
@@ -189,7 +188,6 @@ def _unjudged(track: Track, question: Question, repeated: int) -> Chapter:
     return Chapter(
         track.frames_read,
         track.tracked - repeated,
-        track.passed,
         (float(times[0]), float(times[-1])) if track.tracked else (0.0, 0.0),
         seen_spans(times),
         dict(track.stages_s),
@@ -296,9 +294,8 @@ def _compared_built(
     if question.as_built is None or identity.verdict != "match" or gain is None:
         return None
     expected = sheet_of(question).expected
-    filmed = filmed_built(track, measurement, expected * gain[0], expected * gain[1])
-    apart = {"apart_rad": filmed.apart_rad, "apart_sd": filmed.apart_sd}
-    return compare_built(filmed.as_built, question.as_built, track.badge, **apart)
+    filmed, moved = filmed_built(track, measurement, expected * gain[0], expected * gain[1])
+    return compare_built(filmed, question.as_built, track.badge, moved)
 
 
 def _judge_built(

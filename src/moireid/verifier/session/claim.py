@@ -7,7 +7,7 @@ from typing import Any
 
 from moireid.errors import SpecError
 from moireid.names import hidden_letters, hidden_words
-from moireid.provenance import Exclusion
+from moireid.provenance import Revocation
 from moireid.question import Question
 from moireid.verifier.decision.sheet_gain import SheetGain, as_built, designed, to_measure
 from moireid.verifier.identity.decode import Identity
@@ -39,14 +39,14 @@ def claim_reasons(question: Question, identity: Identity) -> tuple[Reason, ...]:
         question = replace(
             question, badge=replace(question.badge, id=identity.claimed_id), badge_id=identity.claimed_id
         )
-    found = [_source(question), _name(question), _look_alike(question), _chosen(question), _hidden(question)]
+    found = [_source(question), _name(question), _look_alike(question), _hidden(question)]
     found.append(_copyable() if question.as_built is None and identity.verdict == "match" else None)
     return tuple(reason for reason in found if reason is not None)
 
 
-def barred_finding(barred: Exclusion) -> Reason:
+def barred_finding(barred: Revocation) -> Reason:
     """The finding on a badge that does not count."""
-    return Reason(barred.code, "fail", barred.reason, None, "", barred.text)
+    return Reason("revoked", "fail", barred.reason, None, "", barred.text)
 
 
 def with_badge_notes(document: dict[str, Any], *, measured: bool) -> dict[str, Any]:
@@ -91,15 +91,6 @@ def _look_alike(question: Question) -> Reason | None:
         "in other letters or case; compare the identities."
     )
     return Reason("look_alike", "note", float(len(alike)), 0.0, "people", text)
-
-
-def _chosen(question: Question) -> Reason | None:
-    known = question.provenance
-    if known.line is None:
-        return None
-    bear = "1 other badge bears" if known.others == 1 else f"{known.others} other badges bear"
-    text = f"The claim chose the person named {question.badge.name!r} with the line {known.line!r}; {bear} that name."
-    return Reason("chosen_line", "note", float(known.others), 0.0, "badges", text)
 
 
 def _hidden(question: Question) -> Reason | None:

@@ -10,7 +10,6 @@ Convention: boxes are x0, y0, x1, y1 in px of the film's own picture, centre of 
 from __future__ import annotations
 
 import importlib
-from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -29,14 +28,6 @@ AROUND_SIZES, FACE_PX = 2.5, 110
 #: A box stays valid for this long after the face was last seen: without the badge in front of it, and behind the badge.
 #: A talking person's head moves by less than half a face in that time.
 CARRY_S, HIDDEN_S = 1.0, 4.0
-
-
-@dataclass(frozen=True)
-class Face:
-    """A face: its box, and when it was seen last, s."""
-
-    box: Box
-    seen_s: float
 
 
 class FaceFinder:
@@ -81,12 +72,12 @@ class FaceFollower:
 
     def __init__(self) -> None:
         self._finder = FaceFinder()
-        self._face: Face | None = None
-        self._due_s = -np.inf
+        self._face: Box | None = None
+        self._seen_s, self._due_s = -np.inf, -np.inf
         #: How often the face was searched, and how often it was found.
         self.looks, self.seen = 0, 0
 
-    def follow(self, luma: NDArray[np.uint8], time_s: float, *, hidden: bool = False) -> Face | None:
+    def follow(self, luma: NDArray[np.uint8], time_s: float, *, hidden: bool = False) -> Box | None:
         """The face in this frame; None if its place is not known.
 
         Parameters: luma: the film's own picture; hidden: whether the badge covered it in the frame before.
@@ -94,22 +85,21 @@ class FaceFollower:
         """
         if time_s >= self._due_s:
             self._look(luma, time_s, hidden)
-        known = self._face
-        if known is not None and time_s - known.seen_s > (HIDDEN_S if hidden else CARRY_S):
+        if time_s - self._seen_s > (HIDDEN_S if hidden else CARRY_S):
             self._face = None
         return self._face
 
     def _look(self, luma: NDArray[np.uint8], time_s: float, hidden: bool) -> None:
         self.looks += 1
         known = self._face
-        found = self._near(luma, known.box) if known else self._anywhere(luma)
+        found = self._near(luma, known) if known else self._anywhere(luma)
         self._due_s = time_s + (LOOK_S if known or found else SEARCH_S)
         if found is None and known and not hidden:
             # It may have moved away: search the whole frame, but keep its last place while that is still valid.
             found = self._anywhere(luma)
         if found is not None:
             self.seen += 1
-            self._face = Face(found, time_s)
+            self._face, self._seen_s = found, time_s
 
     def _anywhere(self, luma: NDArray[np.uint8]) -> Box | None:
         return next(iter(self._finder.all(luma)), None)

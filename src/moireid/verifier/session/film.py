@@ -94,7 +94,7 @@ def verify(video: AnyPath, question: Question, *, progress: Progress | None = No
     if any(chapter.claimed for chapter in chapters):
         reasons += (claimed_finding(),)
     cover = verifier.cover
-    tracked, passed = (sum(getattr(chapter, name) for chapter in chapters) for name in ("tracked", "passed"))
+    tracked = sum(chapter.tracked for chapter in chapters)
     if tracked:
         reasons += (*cover_findings(cover, question.cover_share), *verifier.long_unsearched)
     if film.tracks.judged:
@@ -117,16 +117,16 @@ def verify(video: AnyPath, question: Question, *, progress: Progress | None = No
         film.described(),
         {
             "read": read + film.damage.lost,
-            "tracked": tracked + passed,
+            "tracked": tracked,
             "unsearched": verifier.unsearched,
             "damaged": film.damage.damaged,
         },
         timing,
-        _left_out(question.badge, film, shown.measurement, verifier.unsearched, passed),
+        _left_out(question.badge, shown.measurement, verifier.unsearched),
         shown.track or no_track(question.badge, read, (film.width, film.height)),
         shown.measurement,
         segments=tuple(segment for chapter in chapters for segment in chapter.segments),
-        region=judged.region(film.reduced_by),
+        region=judged.region,
         overlap=overlapped,
         cover=cover,
         claim_source=question.provenance.source,
@@ -145,10 +145,8 @@ def _read(film: Film, question: Question, progress: Progress | None) -> _Decoded
     read, stages = 0, {"decode": 0.0} | ({"face": 0.0} if watch else {})
     # A thread judges the chapters, unless the process may use only one; none is started before it is needed.
     with ThreadPoolExecutor(1, "chapters") as thread:
-        executor = None if one_thread() else thread
-        verifier = Verifier(
-            question, running=False, chapter_executor=executor, reduced_by=film.reduced_by, marks=film.damage.marks
-        )
+        aside = None if one_thread() else thread
+        verifier = Verifier(question, running=False, aside=aside, marks=film.damage.marks)
         clock = time.perf_counter()
         # Decoding runs in parallel, so this counts only the time that the loop waits for a frame.
         for frame in film.frames_ahead():
@@ -171,23 +169,14 @@ def _read(film: Film, question: Question, progress: Progress | None) -> _Decoded
     return verifier, watch, chapters, read, stages
 
 
-def _left_out(
-    badge: Badge, film: Film, measurement: Measurement | None, unsearched: int, passed: int
-) -> tuple[str, ...]:
+def _left_out(badge: Badge, measurement: Measurement | None, unsearched: int) -> tuple[str, ...]:
     """Steps that this film and badge did not need, or that would cost more than decoding allows."""
     parts = ["colour", "the picture away from the badge once it is found"]
-    if film.reduced_by > 1:
-        parts.append(
-            f"detail finer than {film.reduced_by} pixels, as the pictures are larger than 4K: they were read at "
-            f"{film.width} x {film.height}"
-        )
     if unsearched:
         parts.append(
             f"the whole picture in {unsearched} frames without the badge, or one of several, as looking may cost a "
             "share of decoding"
         )
-    if passed:
-        parts.append(f"{passed} frames that show the calm badge as their neighbours do, of more than 30 a second")
     if measurement and measurement.camera.focal_given:
         parts.append("solving for the focal length")
     if len({grating.axis for grating in badge.gratings}) == 1:

@@ -165,8 +165,8 @@ def _whose(identity: Identity, enrolled: EnrolledPeople) -> tuple[str | None, Re
         return _nearest(identity.partial, enrolled)
     if not enrolled.holds(read):
         text = (
-            "No one in this registry holds the badge that is shown: it was never issued here, was revoked or "
-            "suspended, has expired, or its holder was erased."
+            "No one in this registry holds the badge that is shown: it was never issued here, was revoked, or its "
+            "holder was erased."
         )
         return None, Reason("enrolled", "fail", read, None, "", text)
     if identity.beats_agree is False:

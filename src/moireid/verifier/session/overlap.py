@@ -32,7 +32,7 @@ from moireid.verifier.measuring import MIN_AGREEING_SHARE, MIN_OVERLAP_S, MIN_OV
 from moireid.verifier.picture import Frame
 from moireid.verifier.reasons import Level, Reason
 from moireid.verifier.session.chapters import Chapter
-from moireid.verifier.session.faces import Face, FaceFollower
+from moireid.verifier.session.faces import Box, FaceFollower
 from moireid.verifier.session.result import Overlap
 from moireid.verifier.timeline import Spans
 from moireid.verifier.tracking.badge_tracker import BadgeTracker
@@ -51,7 +51,7 @@ class OverlapWatch:
         self._faces = Spans()
         # When a lost badge is dropped, its times go with it.
         self._overlaps: WeakKeyDictionary[BadgeTracker, Spans] = WeakKeyDictionary()
-        self.face: Face | None = None
+        self.face: Box | None = None
         #: Badges that overlap the face in the present frame.
         self.over: list[BadgeTracker] = []
 
@@ -80,12 +80,12 @@ class OverlapWatch:
         return Overlap((long_enough, reason), self._faces, overlaps, agreeing)
 
 
-def overlap_share(corners: Array, face: Face) -> float:
+def overlap_share(corners: Array, face: Box) -> float:
     """Common area of a badge (corners (4, 2) px, convex) and a face, over the smaller area; 0 to 1.
 
     Source: OpenCV's intersection of convex polygons.
     """
-    x0, y0, x1, y1 = face.box
+    x0, y0, x1, y1 = face
     box = np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]], np.float32)
     board = corners.astype(np.float32)
     if not cv2.isContourConvex(board):

@@ -186,8 +186,6 @@ class Report:
             As `moireid.json_schema.report_schema` describes it; figures that are not finite are null.
         """
         camera = self.measurement.camera if self.measurement else None
-        # The camera was solved in pixels of the pictures that were read.
-        film_px = self.film.get("reduced_by", 1)
         return {
             "format": REPORT_FORMAT,
             "verdict": self.verdict,
@@ -201,15 +199,15 @@ class Report:
             "registry": self.registry.to_json() if self.registry else None,
             "badge": {"id": self.badge.id, "name": self.badge.name, "line": line_of(self.badge.print)},
             "camera": {
-                "focal_px": json_number(film_px * camera.focal_px),
-                "focal_sd_px": json_number(film_px * camera.focal_sd_px),
+                "focal_px": json_number(camera.focal_px),
+                "focal_sd_px": json_number(camera.focal_sd_px),
                 "focal_given": camera.focal_given,
-                "focal_span_px": [json_number(film_px * focal) for focal in camera.focal_span_px],
+                "focal_span_px": [json_number(focal) for focal in camera.focal_span_px],
                 "shown": {name: json_number(share) for name, share in camera.shown.items()},
                 "shutter_s": json_number(camera.shutter_s),
                 "distortion_k1": json_number(camera.bend_k1),
                 "distortion_sd": json_number(camera.bend_sd),
-                "axis_px": [json_number(film_px * place) for place in camera.axis_px],
+                "axis_px": [json_number(place) for place in camera.axis_px],
                 "pixel_aspect": json_number(camera.aspect),
                 "print_aspect": json_number(camera.print_aspect),
                 "zoom": json_number(camera.zoom),

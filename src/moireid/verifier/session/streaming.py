@@ -33,7 +33,6 @@ from moireid.verifier.session.badge_session import (
 )
 from moireid.verifier.session.chapters import CHAPTER_FRAMES, OVERLAP_FRAMES, Chapter, judge_chapter
 from moireid.verifier.session.cover import Cover, cover_of
-from moireid.verifier.session.threads import BackgroundExecutor
 from moireid.verifier.timeline import FilmTime, restart_findings
 from moireid.verifier.tracking.badge_tracker import BadgeTracker
 from moireid.verifier.tracking.scene_tracker import SceneTracker
@@ -88,8 +87,6 @@ class Verifier:
         *,
         running: bool = True,
         aside: Executor | None = None,
-        chapter_executor: Executor | None = None,
-        reduced_by: int = 1,
         marks: Sequence[int] = b"",
     ) -> None:
         """Begin a film.
@@ -101,14 +98,8 @@ class Verifier:
         running : bool
             Make running verdicts; they are not needed for a film that is judged at its end.
         aside : Executor, optional
-            Makes the running verdicts while `push` goes on, so that a camera's frames need not wait half a second.
-            One at a time is made, and a later `push` returns it.  Meanwhile the interpreter switches threads sooner,
-            so that `push` does not wait (`threads`).
-        chapter_executor : Executor, optional
-            Judges the chapters of a long film while `push` goes on; the results are the same.  None: use `aside`.
-        reduced_by : int
-            Width of one pixel of the pushed frames in pixels of the film, as `Film.reduced_by`; a known focal
-            length and the places in findings are in pixels of the film.
+            Judges while `push` goes on, so that a camera's frames need not wait half a second (`threads`): chapters,
+            with the same results, and running verdicts, one at a time, which a later `push` returns.
         marks : sequence of int
             Which frames are damaged, by their index, as `DamageWatch.marks`; it grows while frames are pushed.
 
@@ -117,18 +108,15 @@ class Verifier:
         SpecError
             If the badge cannot be read at all.
         """
-        self._aside = aside = BackgroundExecutor(aside) if aside is not None else None
+        self._aside = aside
         self._pending: Future[Running] | None = None
         self._begun = 0.0
-        if question.camera is not None:
-            question = replace(question, camera=question.camera.reduced(reduced_by))
-        self._question, self._running, self._reduced_by = question, running, reduced_by
+        self._question, self._running = question, running
         self._times = FilmTime()
         self._first_s, self._pushed = math.inf, 0
         #: Time of the last frame, on a clock that never goes back.
         self.now_s = 0.0
         self._view = SceneTracker(question.badge)
-        self._chapter_executor = chapter_executor if chapter_executor is not None else aside
         self._marks = marks
         self._lines = [self._new_line(self._view.trackers[0])]
         #: Lost badges: their number, the identities that were read on them, those that were rejected, and of all of
@@ -150,7 +138,7 @@ class Verifier:
     @property
     def _broken(self) -> list[BrokenBadge]:
         """The rejected badges, as far as they are judged by now."""
-        return [*self._gone_broken, *(one for line in self._lines for one in line.broken(self._reduced_by))]
+        return [*self._gone_broken, *(one for line in self._lines for one in line.broken())]
 
     @property
     def chapters(self) -> list[Chapter]:
@@ -175,8 +163,8 @@ class Verifier:
         others = [line for line in self._lines if line is not judged and line.tracker.ends.first is not None]
         read = set[str]().union(self._gone_read, *(line.read() for line in others))
         count = len(others) + self._gone - (judged in self._kept)
-        note = others_note(count, read, judged.region(self._reduced_by))
-        return note + broken_findings(judged, self._broken, self._reduced_by)
+        note = others_note(count, read, judged.region)
+        return note + broken_findings(judged, self._broken)
 
     @property
     def cover(self) -> Cover:
@@ -186,7 +174,7 @@ class Verifier:
         chapters = self.chapters
         judged = [span for chapter in chapters for span in chapter.judged_s]
         seen = [span for chapter in chapters for span in chapter.seen_s]
-        tracked = sum(chapter.tracked + chapter.passed for chapter in chapters)
+        tracked = sum(chapter.tracked for chapter in chapters)
         return cover_of(judged, self._first_s, self.now_s, self._pushed, seen, tracked)
 
     @property
@@ -284,7 +272,7 @@ class Verifier:
         for tracker in self._view.given_up:
             line = next(line for line in self._lines if line.tracker is tracker).finish()
             self._lines.remove(line)
-            self._gone_broken += line.broken(self._reduced_by)
+            self._gone_broken += line.broken()
             self._gone, self._gone_read = self._gone + 1, self._gone_read | set(sorted(line.read())[:1])
             kept = sorted([line, *self._kept], key=ChapterTracker.rank)
             passing = sorted((one for one in kept if one.verdict == "accept"), key=lambda one: -one.tracker.shown)
@@ -294,7 +282,7 @@ class Verifier:
             self._lines.append(self._new_line(tracker))
 
     def _new_line(self, tracker: BadgeTracker) -> ChapterTracker:
-        return ChapterTracker(self._question, tracker, executor=self._chapter_executor, marks=self._marks)
+        return ChapterTracker(self._question, tracker, executor=self._aside, marks=self._marks)
 
     def _looks(self) -> list[tuple[ChapterTracker, Track]]:
         """The last frames of the badges that are in view now."""
@@ -317,12 +305,12 @@ class Verifier:
             reason = Reason("badge_absent", "undecided", float(most), float(MIN_FRAMES), "frames", text)
             return Running(now_s, (now_s, now_s), "inconclusive", (reason,), most)
         lines = [ChapterTracker(self._question, line.tracker, [chapter]) for line, chapter in chapters]
-        broken = [one for line in lines for one in line.broken(self._reduced_by)]
+        broken = [one for line in lines for one in line.broken()]
         judged = judged_badge(lines, broken)
         read = set[str]().union(*(line.read() for line in lines if line is not judged))
-        note = others_note(len(tracks) - 1, read, judged.region(self._reduced_by))
+        note = others_note(len(tracks) - 1, read, judged.region)
         (chapter,) = judged.done
-        reasons = reasons_of([chapter]) + note + broken_findings(judged, broken, self._reduced_by)
+        reasons = reasons_of([chapter]) + note + broken_findings(judged, broken)
         return Running(now_s, chapter.span_s, worst(list(reasons)), reasons, chapter.tracked)
 
     def _judged_now(self, track: Track) -> Chapter:

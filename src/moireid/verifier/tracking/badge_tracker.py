@@ -6,11 +6,10 @@ kept for at most `SAMPLE_FRAMES` frames, evenly spread over a track.
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import NamedTuple, TypeVar
+from typing import TypeVar
 
 import cv2
 import numpy as np
@@ -20,25 +19,13 @@ from moireid.badge import Badge
 from moireid.verifier.picture import Frame, Picture
 from moireid.verifier.tracking.brightness_profiles import ProfileReader
 from moireid.verifier.tracking.edge_spread import ACROSS, EVERY_FRAMES
+from moireid.verifier.tracking.even_sample import EvenSample
 from moireid.verifier.tracking.finding.markers import faint_turns
 from moireid.verifier.tracking.finding.page_finder import PageFinder
 from moireid.verifier.tracking.finding.page_groups import same_page
-from moireid.verifier.tracking.frame_skipping import (
-    CALM_FRAMES,
-    CALM_PX,
-    FULL_FRAMES,
-    LEAST_SHARE,
-    LONGEST_GAP_S,
-    LONGEST_STEP_S,
-    RESTLESS_S,
-    CalmWatch,
-    strips_differ,
-)
-from moireid.verifier.tracking.marker_readings import MarkerReadings
 from moireid.verifier.tracking.patch_search import registered
 from moireid.verifier.tracking.patches import marker_corners_mm
 from moireid.verifier.tracking.registration import KeptTemplate, PageRegistrar, Registration, scale_px_per_mm
-from moireid.verifier.tracking.sampling import EvenSample, hull_of, part_around
 from moireid.verifier.tracking.search_work import Purse, Purses
 from moireid.verifier.tracking.smeared_frames import ShakenFollower
 from moireid.verifier.tracking.track import FrameSighting, Track, TrackEnds, board_px
@@ -50,15 +37,6 @@ SNAPSHOT_PX_PER_MM = 3.0
 #: A lost badge of less contrast is searched as faded print is: a usual search needs 10 counts between black and white,
 #: and light may change by half.
 FAINT_BELOW_COUNTS = 20.0
-
-
-class MeasuredFrame(NamedTuple):
-    """What is kept of a frame: its number, its time, s, the page, and the profiles of the uniform rows, (S, N)."""
-
-    number: int
-    time_s: float
-    registration: Registration
-    rows: NDArray[np.float32]
 
 
 class BadgeTracker:
@@ -82,15 +60,6 @@ class BadgeTracker:
         self._corners_mm = marker_corners_mm(badge.markers)
         self._middle = self._corners_mm.mean(axis=(0, 1))
         self._uniform = np.array([strip.uniform for strip in self._reader.strips])
-        #: Of the frames that follow each other calmly, one in `_stride` is measured (`frame_skipping`); `_calm` were
-        #: since one differed, and until `_restless_s` each is.
-        self._watch, self._stride, self._calm, self._restless_s = CalmWatch(badge), 1, 0, -math.inf
-        self._profiles: NDArray[np.float32] | None = None
-        #: Frames of the present track that were passed by.
-        self.passed = 0
-        #: Of its markers; and where registration alone has put the page in the present frame.
-        self._readings = MarkerReadings()
-        self._alone: Registration | None = None
         #: Whether the sharp print did not match in the present frame.
         self.smeared = False
         self._mirrored = False
@@ -102,7 +71,7 @@ class BadgeTracker:
         #: Size and duration of view: its scale squared, summed over all frames that show it, (px / mm)^2.
         self.shown = 0.0
         self.frames_read = 0
-        self._measured: list[MeasuredFrame] = []
+        self._measured: list[FrameSighting] = []
         self._cells = EvenSample()
         #: Sum of the page's edges.
         self._edge_sum = np.zeros((2, ACROSS))
@@ -115,24 +84,6 @@ class BadgeTracker:
         """Frames of the present track in which the badge was found and registered."""
         return len(self._measured)
 
-    def passes(self, frame: Frame, luma: Picture) -> bool:
-        """Pass by a frame that shows the badge as the last measured one did; returns whether that is so."""
-        if self._stride == 1 or frame.index % self._stride == 0 or self.smeared or frame.time_s < self._restless_s:
-            return False
-        last, expected = self.ends.last, self.ends.expected(frame.index)
-        if last is None or expected is None or not (self._watch.holds and self.ends.repeats(frame.index + 1)):
-            return False
-        # By time, as a file's times may slow down at any frame.
-        if frame.time_s - last.time_s > LONGEST_STEP_S * (1 - 1 / self._stride):
-            return False
-        apart = self._watch.apart(luma, expected)
-        if apart > max((frame.index - last.frame) / self._stride, LEAST_SHARE):
-            self._restless_s = frame.time_s + RESTLESS_S if apart > 1 else self._restless_s
-            return False
-        self.frames_read, self.passed, self.place = self.frames_read + 1, self.passed + 1, expected
-        self.shown += scale_px_per_mm(expected, self._middle) ** 2
-        return True
-
     def follow(self, frame: Frame, luma: Picture, taken: Sequence[Array] = ()) -> bool:
         """Begin the next frame: look for the badge near its expected place; returns whether it was found.
 
@@ -143,31 +94,22 @@ class BadgeTracker:
         self._clock = time.perf_counter()
         # The expected place is mostly near enough for registration, so no marker has to be decoded.
         expected = self.ends.expected(frame.index)
-        rows = self._alone = None
+        registration: Registration | None = None
         if expected is not None:
-            self._alone, rows = self._registrar.follow(luma, expected, self._template, self._reader.rows)
-        registration = _clear(self._alone)
+            registration = _clear(self._registrar.register(luma, expected, self._template.at(expected)))
         self._lap("register")
-        if expected is None:
-            self._readings.forget()
-        elif registration is not None:
-            self._readings.fade()
-        elif self._readings.suffice(self._alone):
-            registration = self._alone
         if registration is None and expected is not None:
-            rows = None
             registration = self._paid(self._purses.near, partial(self._outlined, luma, expected))
             self._lap("find")
         elif registration is not None and self._hides_more(registration):
             # A start that was too far away hides markers as a hand does.
             seen = self._unsmeared(frame, luma)
             if seen is not None and seen.vague < registration.vague:
-                registration, rows = seen, None
+                registration = seen
         self.smeared = registration is None
-        # Where readings of the markers agree with registration, they come first (`seek`).
-        if registration is None and not self._readings.agree:
+        if registration is None:
             registration = self._unsmeared(frame, luma)
-        return self._taken_in(frame, luma, registration, taken, expected, rows)
+        return self._taken_in(frame, luma, registration, taken)
 
     def _hides_more(self, registration: Registration) -> bool:
         """Whether less of the page is visible than in the last frame that was measured."""
@@ -198,9 +140,7 @@ class BadgeTracker:
         return found
 
     def seek(self, frame: Frame, luma: Picture, taken: Sequence[Array] = ()) -> bool:
-        """Look for its markers around its last place, and then for its smear if that was put off; returns whether it
-        was found.
-        """
+        """Look for its markers around its last place; returns whether it was found."""
         self._clock = time.perf_counter()
         last, purse = self.ends.last, self._purses.near
         if last is None or not self.ends.followed:
@@ -216,12 +156,7 @@ class BadgeTracker:
             pages.sort(key=lambda page: not same_page(page, last.page, self._corners_mm))
             return any(self.begin(frame, luma, page, taken) for page in pages)
 
-        if self._paid(purse, found):
-            return True
-        if not self._readings.agree:
-            return False
-        self._readings.forget()
-        return self._taken_in(frame, luma, self._unsmeared(frame, luma), taken)
+        return bool(self._paid(purse, found))
 
     def begin(
         self, frame: Frame, luma: Picture, page: Array, taken: Sequence[Array] = (), *, mirrored: bool = False
@@ -232,14 +167,7 @@ class BadgeTracker:
         registration = self._registered(luma, page)
         self._lap("register")
         self._mirrored = self._mirrored or (mirrored and registration is not None)
-        begun = self._taken_in(frame, luma, registration, taken)
-        if begun and registration is not None:
-            self._readings.note(registration, self._alone_apart_px(registration))
-        return begun
-
-    def _alone_apart_px(self, read: Registration) -> float | None:
-        """How far a page whose markers were read is from where registration alone has put it, px; None if nowhere."""
-        return None if self._alone is None else self._watch.apart_px(self._alone.homography, read.homography)
+        return self._taken_in(frame, luma, registration, taken)
 
     def spent(self, seconds: float) -> None:
         """Add the time of a search of the whole frame to this track."""
@@ -251,31 +179,16 @@ class BadgeTracker:
     def _is_one_of(self, page: Array, taken: Sequence[Array]) -> bool:
         return any(same_page(page, other, self._corners_mm) for other in taken)
 
-    def _taken_in(
-        self,
-        frame: Frame,
-        luma: Picture,
-        registration: Registration | None,
-        taken: Sequence[Array],
-        expected: Array | None = None,
-        rows: NDArray[np.float32] | None = None,
-    ) -> bool:
-        """Read the frame if the page was registered, at a place of no other badge; returns whether it was.
-
-        Parameters: rows: what its rows show, if they are read already.
-        """
+    def _taken_in(self, frame: Frame, luma: Picture, registration: Registration | None, taken: Sequence[Array]) -> bool:
+        """Read the frame if the page was registered, at a place of no other badge; returns whether it was."""
         if registration is None or self._is_one_of(registration.homography, taken):
             return False
         self.place, self.faint = registration.homography, registration.contrast < FAINT_BELOW_COUNTS
-        seen = rows if rows is not None else self._reader.read(luma, registration.homography)
-        self._note_if_calm(frame, registration.homography, expected, seen)
-        if self._stride > 1 and frame.time_s >= self._restless_s:
-            self._watch.keep(luma, registration.homography)
-        else:
-            self._watch.forget()
-        self.ends.follow(FrameSighting(frame.index, frame.time_s, registration.homography))
+        seen = self._reader.read(luma, registration.homography)
+        sighting = FrameSighting(frame.index, frame.time_s, registration, seen[self._uniform])
+        self.ends.follow(sighting)
         self.shown += scale_px_per_mm(registration.homography, self._middle) ** 2
-        self._measured.append(MeasuredFrame(frame.index, frame.time_s, registration, seen[self._uniform]))
+        self._measured.append(sighting)
         self._cells.offer(seen[~self._uniform])
         if self.tracked % EVERY_FRAMES == 0:
             self._edge_sum += self._reader.edges.read(luma, registration.homography)
@@ -286,41 +199,6 @@ class BadgeTracker:
             self._snapshot = straighten(luma, registration.homography, self._badge)
             self._lap("snapshot")
         return True
-
-    def _note_if_calm(self, frame: Frame, page: Array, expected: Array | None, profiles: NDArray[np.float32]) -> None:
-        """Count the frames that look like the one before, and be restless after one that does not."""
-        last = self.ends.last
-        before, self._profiles = self._profiles, profiles
-        # Times that do not advance give no rate.
-        if last is None or before is None or not 0 < 2 * self._step_s(last, frame) <= LONGEST_STEP_S:
-            self._calm = 0
-            return
-        goes_on = expected is not None and self._watch.apart_px(expected, page) <= CALM_PX
-        if goes_on and not strips_differ(profiles, before):
-            self._calm += 1
-        else:
-            self._calm, self._restless_s = 0, frame.time_s + RESTLESS_S
-        if self.tracked >= FULL_FRAMES and 2 * self._stride * self._step_s(last, frame) <= LONGEST_STEP_S:
-            self._widen_stride(min(self._calm, self.tracked))
-
-    def _step_s(self, last: FrameSighting, frame: Frame) -> float:
-        """Time from one frame of the film to the next."""
-        return (frame.time_s - last.time_s) / max(frame.index - last.frame, 1)
-
-    def _widen_stride(self, calm: int) -> None:
-        """Leave out every second frame, of the last `calm` ones and of those to come, if they are enough."""
-        if calm < CALM_FRAMES:
-            return
-        first, stride = self.tracked - calm, 2 * self._stride
-        kept = [k for k, one in enumerate(self._measured) if k < first or one.number % stride == 0]
-        # A few times that are close together must not thin out all that were apart before them.
-        if np.diff([self._measured[k].time_s for k in kept if k >= first]).max(initial=0.0) > LONGEST_GAP_S:
-            self._calm = 0
-            return
-        self._stride, self._calm = stride, calm // 2
-        self.passed += self.tracked - len(kept)
-        self._measured = [self._measured[k] for k in kept]
-        self._cells.thin(kept)
 
     def outline_px(self) -> Array | None:
         """Corners of the board in the first frame that shows it, as `corners_px`; None if no frame does."""
@@ -345,9 +223,9 @@ class BadgeTracker:
         return Track(
             badge=self._badge,
             frames_read=self.frames_read,
-            frame_numbers=np.array([one.number for one in seen], np.int64),
+            frame_numbers=np.array([one.frame for one in seen], np.int64),
             times_s=np.array([one.time_s for one in seen], float),
-            homographies=np.array([one.registration.homography for one in seen], float).reshape(-1, 3, 3),
+            homographies=np.array([one.page for one in seen], float).reshape(-1, 3, 3),
             correlations=np.array([one.registration.correlation for one in seen], float),
             profiles=_by_strip(self._uniform, [one.rows for one in seen], cells, self._reader.samples),
             cell_frames=places[kept] - first,
@@ -357,7 +235,6 @@ class BadgeTracker:
             snapshot=self._snapshot,
             vague=np.array(vague) if any(max(pair) > 1 for pair in vague) else None,
             stages_s=dict(self._stages),
-            passed=self.passed,
             spread_mm=self._reader.edges.spread_mm(self._edge_sum),
         )
 
@@ -371,7 +248,7 @@ class BadgeTracker:
         del self._measured[:gone]
         self._cells.drop(gone)
         self._edge_sum[:] = 0.0
-        self.frames_read, self.passed, self._best = 0, 0, 0.0
+        self.frames_read, self._best = 0, 0.0
         self._stages = dict.fromkeys(self._stages, 0.0)
         return track
 
@@ -399,5 +276,4 @@ def straighten(luma: Picture, homography: Array, badge: Badge) -> NDArray[np.uin
     to_page = np.array([[1 / SNAPSHOT_PX_PER_MM, 0, x0], [0, 1 / SNAPSHOT_PX_PER_MM, y0], [0, 0, 1.0]])
     size = (round((x1 - x0) * SNAPSHOT_PX_PER_MM), round((y1 - y0) * SNAPSHOT_PX_PER_MM))
     flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
-    box, warp = part_around(luma, homography @ to_page, hull_of((0, 0, *size)))
-    return np.asarray(cv2.warpPerspective(luma.part(box), warp, size, flags=flags), np.uint8)
+    return np.asarray(cv2.warpPerspective(luma.whole, homography @ to_page, size, flags=flags), np.uint8)

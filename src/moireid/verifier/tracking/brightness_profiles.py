@@ -21,7 +21,6 @@ from moireid.smooth_lines import cell_rows, rims_mm
 from moireid.verifier.kernel.page import PageRows, Points
 from moireid.verifier.picture import Picture, as_picture
 from moireid.verifier.tracking.edge_spread import EdgeReader
-from moireid.verifier.tracking.registration import FOLLOWED_CORRELATION
 
 MAX_STRIP_MM = 10.0
 #: Margin left out at a cell's border, across and along the fringes' axis, mm: blur mixes neighbours there.
@@ -94,7 +93,7 @@ class ProfileReader:
                 counts.append(count)
         places, self._row_counts = Points(np.concatenate(points).reshape(-1, 2)), np.array(counts, np.int32)
         #: The strips' rows, as the kernel takes them.
-        self.rows = PageRows(places, self._row_counts, self.samples, FOLLOWED_CORRELATION)
+        self.rows = PageRows(places, self._row_counts, self.samples)
 
     def read(self, luma: Picture | NDArray[np.uint8], homography: NDArray[np.float64]) -> NDArray[np.float32]:
         """Brightness profile of every strip in a coded picture, (S, N), in `LINEAR_COUNTS`."""

@@ -44,7 +44,7 @@ class EdgeReader:
                     shown[axis].append(patch.print(offsets[axis], offsets[other]).swapaxes(0, axis))
         points = [np.concatenate(own) for own in rows]
         counts = np.array([len(own) // ACROSS for own in points], np.int32)
-        self._rows = PageRows(Points(np.concatenate(points)), counts, ACROSS, 1.0)
+        self._rows = PageRows(Points(np.concatenate(points)), counts, ACROSS)
         self._print = [np.concatenate(own).mean(axis=0) for own in shown]
 
     def read(self, luma: Picture, homography: Array) -> NDArray[np.float32]:

@@ -22,9 +22,7 @@ from moireid.badge import Fiducial
 from moireid.verifier.kernel.page import (
     ALL_SEEN,
     LOOSE,
-    READ,
     PagePrint,
-    PageRows,
     Points,
     RulesStruct,
     values_at,
@@ -32,7 +30,6 @@ from moireid.verifier.kernel.page import (
 from moireid.verifier.picture import Picture, as_picture
 from moireid.verifier.tracking.borders import Borders
 from moireid.verifier.tracking.print_template import Template, TemplatePrinter, printer_of
-from moireid.verifier.tracking.sampling import determinant, inverse
 from moireid.verifier.tracking.search_work import SOLVED_NS, STEP_NS
 
 Array = NDArray[np.float64]
@@ -158,19 +155,6 @@ class PageRegistrar:
         state, page = shown.follow(picture.struct, np.ascontiguousarray(start, np.float64))
         return self._outcome(picture, template, state, page)
 
-    def follow(
-        self, picture: Picture, expected: Array, kept: KeptTemplate, rows: PageRows
-    ) -> tuple[Registration | None, NDArray[np.float32] | None]:
-        """As `register` in a picture in counts, and what its rows show, read in the same call, (S, N).
-
-        Parameters: kept: of the badge.
-        Returns: None in place of rows that must be read by themselves, as the page was not certain at once.
-        """
-        template, struct = kept.at(expected), rows.struct(picture.light)
-        state, page = self._prepared(template).follow(picture.struct, expected, struct)
-        found = self._outcome(picture, template, state, page)
-        return found, rows.taken() if state & READ else None
-
     def _prepared(self, template: Template) -> PagePrint:
         shown = self._print_of(template)
         if shown.is_prepared:
@@ -227,7 +211,6 @@ class PageRegistrar:
             middle=self._middle,
             extent=self._extent,
             px_per_mm=template.px_per_mm,
-            scale_step=SCALE_STEP,
             rules=RULES,
             least_correlation=SMEARED_CORRELATION if template.smeared else MARKER_CORRELATION,
         )
@@ -301,10 +284,10 @@ def _ratios(found: Array, least: Array) -> tuple[float, float]:
 def _stepped(warp: Array, step: Array) -> Array | None:
     """The warp after a step of its eight parameters, h33 = 1; None if the step folds the page."""
     a, b, c, d, e, f, g, h = step.tolist()
-    back = inverse(np.array(((1 + a, b, c), (d, 1 + e, f), (g, h, 1))))
-    if back is None:
+    stepped = np.array(((1 + a, b, c), (d, 1 + e, f), (g, h, 1)))
+    if not np.linalg.det(stepped):
         return None
-    moved = warp @ back
+    moved = warp @ np.linalg.inv(stepped)
     return np.asarray(moved / moved[2, 2])
 
 
@@ -312,7 +295,7 @@ def scale_px_per_mm(homography: Array, place_mm: Array) -> float:
     """Pixels per millimetre around a place of the page: the square root of the area scale."""
     (x, y), (g, h, i) = place_mm.tolist(), homography[2].tolist()
     # The Jacobian determinant of a homography is det(H) / w^3.
-    return math.sqrt(abs(determinant(homography) / (g * x + h * y + i) ** 3))
+    return math.sqrt(abs(float(np.linalg.det(homography)) / (g * x + h * y + i) ** 3))
 
 
 def scales_px_per_mm(homography: Array, place_mm: Array) -> tuple[float, float, float]:

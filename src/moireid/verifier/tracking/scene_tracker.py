@@ -8,9 +8,6 @@ Looking may cost a share of decoding (`search_work`).  What is saved is spent as
 frame.  Then the whole frame is searched closely now and then, and between that by a quick look, which a badge that
 comes back seldom escapes; where it sees what may be a badge, that place is searched closely at once.
 
-A hand that is not steady carries a badge half out of the picture and back.  Such a page cannot be measured, but its
-markers are seen: it is looked for at its place alone, and the whole frame is searched once a second.
-
 A page that is found belongs to the badge that was last lost near there.  If the film has shown one badge so far and the
 page is alone, it belongs to that badge, which may have left and come back.  Otherwise it begins a new track.  So after
 a cut between several badges each piece is a track of its own, and no track joins two badges.
@@ -34,10 +31,9 @@ from moireid.verifier.tracking.finding.coded_frames import FrameFinder
 from moireid.verifier.tracking.finding.markers import MarkerFinder, faint_turns, tiles_of
 from moireid.verifier.tracking.finding.page_finder import EitherWay, PageFinder
 from moireid.verifier.tracking.finding.page_groups import MOST_PAGES, same_page
-from moireid.verifier.tracking.page_motion import PageMotion
 from moireid.verifier.tracking.patch_search import registered
 from moireid.verifier.tracking.patches import marker_corners_mm
-from moireid.verifier.tracking.registration import KeptTemplate, PageRegistrar, Registration
+from moireid.verifier.tracking.registration import KeptTemplate, PageRegistrar, Registration, scale_px_per_mm
 from moireid.verifier.tracking.search_work import Purse, Purses
 from moireid.verifier.tracking.track import FrameSighting
 
@@ -48,10 +44,9 @@ Look = Callable[[Picture], EitherWay]
 GLANCE_S = 2.0
 #: A glance waits for a frame that is not smeared, which has time left for it, but at most for so long.
 GLANCE_WAIT_S = 0.5
-#: While the page of a lost badge reaches out of the picture, the whole frame is searched as often.
-CUT_GLANCE_S = 1.0
-#: Of several badges, a lost one is recognised by its place within this time.
-KNOWN_S = 1.0
+#: Of several badges, a lost one is recognised by its place within this time: it moves by at most this share of its
+#: size, and its scale by at most this ratio.
+KNOWN_S, MOVED_SIZES, MOVED_SCALE = 1.0, 0.5, 1.25
 #: A lost badge is searched around its last place for this long: after a hand has passed, it is still there.
 KEPT_S = 4.0
 #: It is searched there alone for so long: what hides a badge for some frames is mostly its own smear, and a search of
@@ -79,13 +74,11 @@ class SceneTracker:
         self._reader = ProfileReader(badge)
         self._template, self._faint = KeptTemplate(self._registrar.printer), faint_turns()
         self._corners_mm = marker_corners_mm(badge.markers)
-        self._motion = PageMotion(badge)
-        self._mirrored, self._glance_s, self._whole_s, self._tile, self._before_s = False, 0.0, 0.0, 0, 0.0
+        self._mirrored, self._glance_s, self._tile, self._before_s = False, 0.0, 0, 0.0
         tools = (self._finder, self._registrar, self._registrar.printer)
         self._purses = Purses(tools, self._finder.quick_share, self._finder.close_share)
-        #: Pages that the last look saw, registered or not; and a lost badge's that reaches out of the picture.
+        #: Pages that the last look saw, registered or not.
         self._may_be: list[Array] = []
-        self._cut: Array | None = None
         self.trackers = [self._new_tracker()]
         #: Frames in which a lost badge, or any, was due to be looked for, and the whole picture was not searched; and
         #: the longest time in a row in which none was followed either, s.
@@ -104,9 +97,6 @@ class SceneTracker:
         for tracker in self.trackers:
             # Places of the last frame must not count as occupied in this one.
             tracker.place = None
-        if len(self.trackers) == 1 and frame.time_s < self._glance_s and self.trackers[0].passes(frame, luma):
-            self._looked_s = frame.time_s
-            return True
         for tracker in self.trackers:
             tracker.follow(frame, luma, self._places())
         for tracker in self._lost():
@@ -164,27 +154,13 @@ class SceneTracker:
         for purse, look in self._looks(frame, luma):
             before_ns, pages, near = self._purses.work_ns, look(luma), purse is self._purses.near
             found, there = self._either_way_registered(luma, pages)
-            cut, self._may_be = self._cut_of(pages[0], frame), pages[0]
-            purse.pay(self._purses.work_ns - before_ns, found=near and (bool(found) or cut is not None))
+            self._may_be = pages[0]
+            purse.pay(self._purses.work_ns - before_ns, found=near and bool(found))
             if found:
-                self._cut = None
                 return found, there
-            if near or cut is not None:
-                # A quick look may miss it.
-                self._cut = cut
-            if not near:
-                searched, self._whole_s = True, frame.time_s
-            if self._cut is not None and frame.time_s < self._whole_s + CUT_GLANCE_S:
-                break
+            searched = searched or not near
         self.unsearched += not searched
         return [], luma
-
-    def _cut_of(self, pages: list[Array], frame: Frame) -> Array | None:
-        """Of pages that could not be registered, a lost badge's that reaches out of the picture."""
-        last = (self._recently(tracker, frame, KNOWN_S) for tracker in self._lost())
-        before = [one.page for one in last if one is not None]
-        before += [self._cut] if self._cut is not None else []
-        return self._motion.cut_page(pages, before, frame.picture.shape)
 
     def _looks(self, frame: Frame, luma: Picture) -> Iterator[tuple[Purse, Look]]:
         """Looks at a frame, and what pays them.
@@ -193,12 +169,6 @@ class SceneTracker:
         a badge.  A badge that was just lost is looked for around its place alone.
         """
         purses, finder = self._purses, self._finder
-        if self._cut is not None and purses.near.open:
-            yield purses.near, partial(finder.near, page=self._cut)
-            # Small or faded badges are found by close looks alone, so these go on where they are paid for.
-            if self._cut is not None and purses.glance.open and not purses.wide.open:
-                yield purses.glance, finder.quick
-                return
         lost = [(tracker, last) for tracker in self._lost() if (last := self._recently(tracker, frame)) is not None]
         soon = len(lost) == len(self._lost()) and all(
             frame.time_s - last.time_s < SOON_S and finder.around(last.page, luma.shape) is None for _, last in lost
@@ -287,4 +257,17 @@ class SceneTracker:
     def _was_there(self, tracker: BadgeTracker, page: Array, frame: Frame) -> bool:
         """Whether a lost badge was recently near this place, at about this size."""
         last = self._recently(tracker, frame, KNOWN_S)
-        return last is not None and self._motion.is_small(last.page, page)
+        if last is None:
+            return False
+        middle, corners = self._corners_mm.mean(axis=(0, 1)), self._corners_mm.reshape(-1, 2)
+        before_px, now_px = (_mapped(one, middle) for one in (last.page, page))
+        before, now = (scale_px_per_mm(one, middle) for one in (last.page, page))
+        size_px = before * float(np.ptp(corners, axis=0).max())
+        moved = float(np.linalg.norm(now_px - before_px))
+        return max(before, now) < MOVED_SCALE * min(before, now) and moved < MOVED_SIZES * size_px
+
+
+def _mapped(page: Array, place_mm: Array) -> Array:
+    """A place of the page in the picture, px."""
+    x, y, w = page @ (*place_mm, 1.0)
+    return np.array([x / w, y / w])

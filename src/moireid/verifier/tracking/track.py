@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.badge import Badge
-from moireid.verifier.kernel.page import expected_page
 from moireid.verifier.tracking.brightness_profiles import Strip
+from moireid.verifier.tracking.registration import Registration
 
 Array = NDArray[np.float64]
 
@@ -24,8 +24,7 @@ class Track:
     (K, N) for a row of phase cells, in the K frames `cell_frames`; snapshot: the rectified board of the best registered
     frame, for people to look at; mirrored: whether the film is mirrored (a self-view), and was unmirrored before the
     measurement; vague (T, 2): as `Registration.vague`, None if it is 1 everywhere;
-    passed: frames that show the badge as their neighbours do, and were not measured; spread_mm (2,): of the page's
-    edges, as `EdgeReader.spread_mm`.
+    spread_mm (2,): of the page's edges, as `EdgeReader.spread_mm`.
     """
 
     badge: Badge
@@ -42,7 +41,6 @@ class Track:
     snapshot: NDArray[np.uint8] | None = None
     vague: Array | None = None
     stages_s: dict[str, float] = field(default_factory=dict)
-    passed: int = 0
     spread_mm: Array = field(default_factory=lambda: np.zeros(2))
 
     @property
@@ -67,6 +65,19 @@ class Track:
         )
 
 
+def expected_page(before: Array, last: Array, share: float) -> Array:
+    """The page after its motion from `before` to `last`, all homographies with h33 = 1, is repeated by a share of it.
+
+    Source: to first order in the motion; the last page, where the one before has no inverse.
+    """
+    if not np.linalg.det(before):
+        return last
+    step = np.linalg.inv(before) @ last
+    found = last @ (np.eye(3) + share * (step / step[2, 2] - np.eye(3)))
+    found /= found[2, 2]
+    return found if np.all(np.isfinite(found)) else last
+
+
 def board_px(badge: Badge, page: Array, mirrored_px: int | None) -> Array:
     """Corners of the board under the homography `page`, (4, 2) px of the original film.
 
@@ -89,11 +100,17 @@ def no_track(badge: Badge, frames_read: int, image_px: tuple[int, int]) -> Track
 
 @dataclass(frozen=True)
 class FrameSighting:
-    """A frame that shows the badge: its number, its time, and the page's homography."""
+    """A frame that shows the badge: its number, its time, the page, and the profiles of the uniform rows, (S, N)."""
 
     frame: int
     time_s: float
-    page: Array
+    registration: Registration
+    rows: NDArray[np.float32]
+
+    @property
+    def page(self) -> Array:
+        """The page's homography."""
+        return self.registration.homography
 
 
 @dataclass
@@ -120,22 +137,16 @@ class TrackEnds:
         """Record that this frame does not show the badge: its place is no longer known."""
         self.followed = False
 
-    def repeats(self, frame: int) -> bool:
-        """Whether the last motion may be repeated until a frame: it was seen, for half as long at least."""
-        last, before = self.last, self.before
-        if last is None or before is None or not (self.followed and self.unbroken):
-            return False
-        return last.frame < frame <= last.frame + 2 * (last.frame - before.frame)
-
     def expected(self, frame: int) -> Array | None:
         """The expected homography in a frame; None if the last frame did not show the badge.
 
         Source: the last motion, applied once more; over another number of frames, in proportion to first order.  Where
-            it may not be repeated, the last place.
+            it was not seen, or for less than half as long, the last place.
         """
         if not self.followed or self.last is None:
             return None
         last, before = self.last, self.before
-        if before is None or not self.repeats(frame):
+        if before is None or not self.unbroken:
             return last.page
-        return expected_page(before.page, last.page, (frame - last.frame) / (last.frame - before.frame))
+        share = (frame - last.frame) / (last.frame - before.frame)
+        return expected_page(before.page, last.page, share) if 0 < share <= 2 else last.page

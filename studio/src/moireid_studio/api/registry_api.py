@@ -34,10 +34,6 @@ class RecordSummary(BaseModel):
     issued_at: str
     revoked_at: str | None
     revoked_reason: str | None
-    compromised_since: str | None
-    suspended_at: str | None
-    suspended_reason: str | None
-    expires: str | None
 
 
 class Holders(BaseModel):
@@ -78,8 +74,6 @@ class WitnessedPart(BaseModel):
 
     size: int = Field(description="How many entries.")
     signers: dict[str, str] = Field(description="Which witnesses signed for them, and when (UTC).")
-    needed: int = Field(description="How many of the named ones must have signed.")
-    named: int = Field(description="How many witnesses the studio names.")
 
 
 class AuditSummary(BaseModel):
@@ -95,7 +89,7 @@ class AuditSummary(BaseModel):
     head: str | None
     findings: list[Finding]
     found: int
-    witnessed: WitnessedPart | None = Field(None, description="Null where none is asked, or too few have signed.")
+    witnessed: WitnessedPart | None = Field(None, description="Null where none is asked, or one has not signed.")
 
 
 @router.get("", responses=problem_responses(401, 403, 422))

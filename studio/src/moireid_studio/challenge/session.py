@@ -163,7 +163,7 @@ class LiveCheck:
             asked = self._prompts[: self._judged]
             reasons += overlap.reasons + self._judge_prompts(asked)
         reasons += (self._whole(), self._in_time()) + (self._tile.reasons() if self._tile else ())
-        tracked = sum(chapter.tracked + chapter.passed for chapter in chapters)
+        tracked = sum(chapter.tracked for chapter in chapters)
         challenged = self._prompts is not None
         level = level_reached(worst(list(reasons)), identity.built, challenged=challenged)
         reasons += level_finding(self._claim.level, level, identity.built)

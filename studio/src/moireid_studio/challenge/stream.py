@@ -181,7 +181,7 @@ class StreamCheck(LiveCheck):
             (shown.track if shown else None) or no_track(self._claim.badge, self._index, self._size),
             shown.measurement if shown else None,
             segments=tuple(segment for chapter in chapters for segment in chapter.segments),
-            region=self._verifier.judged.region(),
+            region=self._verifier.judged.region,
             cover=cover,
             claim_source=self._claim.provenance.source,
             registry=self._claim.provenance.standing,

@@ -103,14 +103,12 @@ def sealed(found: Question) -> Question:
 def find_claimed(registry: Registry, claim: str, *, ids: bool) -> Question:
     """Like `claimed`; ids: whether those who ask may learn other ids than the claimed one.
 
-    Raises: Refusal 404 where the claim means no one, 409 where it means several people, 422 where it is too long.
+    Raises: Refusal 404 where the claim means no one, 409 where it means several people.
     """
     try:
         found = claimed(registry, claim)
     except RegistryError as error:
         known = error.details.get("ids")
-        if error.details.get("code") == "long_claim":
-            raise Refusal(422, "long_claim", f"{str(error)[:1].upper()}{str(error)[1:]}.") from error
         if known == []:
             text = f"No one named {claim[:80]!r} is in the registry, and no badge has such an id."
             if alike := error.details.get("alike"):
@@ -118,10 +116,8 @@ def find_claimed(registry: Registry, claim: str, *, ids: bool) -> Question:
                 text += f" The name looks like {' and '.join(names)}, but is written in other letters."
             raise Refusal(404, "no_claim", text) from error
         if known and not ids:
-            count, by = len(known), error.details.get("by_line", "")  # type: ignore[arg-type]
-            text = (
-                f"{count} badges are meant by {claim[:80]!r}; claim the id that the person or an issuer gave you{by}."
-            )
+            count = len(known)  # type: ignore[arg-type]
+            text = f"{count} badges are meant by {claim[:80]!r}; claim the id that the person or an issuer gave you."
             raise Refusal(409, "ambiguous", text) from error
         if known:
             raise Refusal(409, "ambiguous", f"{str(error)[:1].upper()}{str(error)[1:]}.") from error

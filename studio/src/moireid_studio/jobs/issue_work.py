@@ -57,7 +57,7 @@ def issue_badge(
             folder,
             parts=made.parts,
             maker="studio",
-            before_moving=lambda: registry.enroll(made.badge, warned=True),
+            before_moving=lambda: registry.enroll(made.badge),
             progress=lambda file: progress(next(steps), most),
         )
     _pack(folder, f"badge-{made.badge.id}")
@@ -106,7 +106,7 @@ def issue_event(
             folder,
             mount=wanted.mount or "none",
             maker="studio",
-            before_moving=lambda: registry.enroll_many(badges, warned=True),
+            before_moving=lambda: registry.enroll_many(badges),
             progress=progress,
         )
     _pack(folder, "event")

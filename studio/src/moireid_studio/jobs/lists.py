@@ -103,13 +103,9 @@ def _unnamed(people: Iterable[PersonRow], pictures: Mapping[str, Path]) -> str |
 
 
 def _namesakes(badge: Badge, registry: Registry) -> list[str]:
-    """A note where another enrolled person has the same name and the same first line."""
-    line = line_of(badge.print)
-    same = [one for one in registry.named(badge.name) if one.id != badge.id and one.line == line and not one.barred()]
-    if not same:
-        return []
-    what = f"the name and the line {line[:40]!r}" if line else "the name, and no line"
-    return [f"badge {same[0].id} has {what} too, so claims distinguish the two by their ids alone"]
+    """A note where another enrolled person has the same name."""
+    same = [one for one in registry.named(badge.name) if one.id != badge.id and not one.barred()]
+    return [f"badge {one.id} has the name too, so claims distinguish the two by their ids alone" for one in same[:1]]
 
 
 def _row(one: PersonRow, registry: Registry, alike: list[str]) -> dict[str, Any]:

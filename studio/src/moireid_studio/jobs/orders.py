@@ -21,6 +21,7 @@ from moireid.designer.reach import LinkBudget, link_budgets
 from moireid.errors import SpecError
 from moireid.issuing import Package, plan_badge
 from moireid.names import MOST_LINES
+from moireid.profiles import PAPERS_MM
 from moireid.registry import Record, Registry
 from moireid.sheets import PRODUCTS
 
@@ -29,9 +30,11 @@ if TYPE_CHECKING:
     LensLabel = str
     FormatName = str
     TemplateName = str
+    PaperName = str
 else:
     LensLabel, FormatName, TemplateName = Literal[tuple(PRODUCTS)], Literal[tuple(FORMATS)], Literal[TEMPLATES]
-Mount = Literal["lanyard", "clip", "stand", "holder", "none"]
+    PaperName = Literal[tuple(PAPERS_MM)]
+Mount = Literal["lanyard", "clip", "stand", "none"]
 #: As the answer to the pictures says.
 PictureId = Annotated[str, Field(pattern="^[0-9a-f]{32}$", description="As `POST /api/badges/pictures` gave it.")]
 Millimetres = Annotated[float, Field(gt=0, le=1000, allow_inf_nan=False)]
@@ -58,7 +61,7 @@ class VisitorOrder(Order):
     lens: LensLabel | None = None
     lens_thickness_mm: Annotated[float, Field(gt=0, le=20)] | None = None
     printer_dpi: Annotated[int, Field(ge=72, le=9600)] = 1200
-    paper: Literal["a4", "letter", "a3"] = "a4"
+    paper: PaperName = "a4"
     axes: Literal["x", "xy", "hex"] = "x"
     markers: Literal["squares", "frame"] = "squares"
     template: TemplateName | None = None

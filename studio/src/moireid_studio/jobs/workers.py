@@ -233,7 +233,7 @@ def keep_pictures(job: Job, pictures: Pictures) -> dict[str, Any]:
     for name, content in pictures.files.items():
         (job.folder / name).write_bytes(content)
     (job.folder / SIGNALS).write_text(pictures.signals, encoding="utf-8")
-    return {"files": list(pictures.files), "plots": list(pictures.plots), "frame_s": pictures.frame_s}
+    return {"files": list(pictures.files), "frame_s": pictures.frame_s}
 
 
 def with_notes(registry: Registry, result: dict[str, Any]) -> dict[str, Any]:

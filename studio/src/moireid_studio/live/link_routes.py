@@ -16,7 +16,7 @@ from fastapi import APIRouter, Form, Request, WebSocket
 from fastapi import Path as InPath
 from fastapi.responses import JSONResponse, RedirectResponse, Response
 
-from moireid.names import CLAIM_LIMIT
+from moireid.names import NAME_LIMIT
 from moireid.verifier.report.live_receipt import FilmAsked
 from moireid_studio.auth.guard import Visitor, anyone, require
 from moireid_studio.challenge.challenge import FACE
@@ -69,7 +69,7 @@ def listed(request: Request, visitor: Verifier, claim: str = "", about: str = ""
     studio = studio_of(request)
     film = _film_of(studio, about, visitor)
     rows = [_shown(studio, link) for link in studio.links.of_asker(visitor.id, SHOWN)]
-    claim = claim[:CLAIM_LIMIT] or (film.claim if film else "")
+    claim = claim[:NAME_LIMIT] or (film.claim if film else "")
     more = {"asks": visitor.note[:LONGEST_ASKS], "about": film, "count": studio.registry.count()}
     return _page(request, "links.html.j2", rows=rows, claim=claim, **more)
 
@@ -78,7 +78,7 @@ def listed(request: Request, visitor: Verifier, claim: str = "", about: str = ""
 def make(
     request: Request,
     visitor: Verifier,
-    claim: Annotated[str, Form(max_length=CLAIM_LIMIT)],
+    claim: Annotated[str, Form(max_length=NAME_LIMIT)],
     asks: Annotated[str, Form(max_length=LONGEST_ASKS)],
     pictures: Annotated[bool, Form()] = False,
     about: Annotated[str, Form(max_length=32)] = "",

@@ -13,7 +13,7 @@ from typing import Any
 from fastapi import APIRouter, Request, Response, WebSocket
 
 from moireid.errors import RegistryError
-from moireid.names import CLAIM_LIMIT
+from moireid.names import NAME_LIMIT
 from moireid.question import Question
 from moireid_studio.auth.guard import LOOPBACK, require, visitor_of
 from moireid_studio.challenge.challenge import FACE, HOLD_S
@@ -38,7 +38,7 @@ def live_page(request: Request, claim: str = "") -> Response:
 @router.get("/call")
 def call_page(request: Request, claim: str = "") -> Response:
     """The call's window, the tile in it, the running verdict, and prompts to read aloud."""
-    return render(request, "call.html.j2", claim=claim[:CLAIM_LIMIT], moves=CALL.moves, least_px=LEAST_WIDTH_PX)
+    return render(request, "call.html.j2", claim=claim[:NAME_LIMIT], moves=CALL.moves, least_px=LEAST_WIDTH_PX)
 
 
 @enroll_router.get("/live/enroll")
@@ -48,7 +48,7 @@ def enroll_page(request: Request, claim: str = "") -> Response:
 
 
 def _live_page(request: Request, claim: str, *, enrolling: bool) -> Response:
-    claim = claim[:CLAIM_LIMIT]
+    claim = claim[:NAME_LIMIT]
     return render(request, "live.html.j2", claim=claim, enrolling=enrolling, moves=MOVES, hold_s=HOLD_S, face=FACE)
 
 
@@ -95,7 +95,5 @@ def claimed_now(studio: Studio, claim: str, *, ids: bool) -> Question:
     found = find_claimed(studio.registry, claim, ids=ids)
     found = replace(found, provenance=replace(found.provenance, standing=standing))
     if (barred := found.barred) is not None:
-        was = "expired" if barred.code == "expired" else f"was {barred.code}"
-        advice = "have it reinstated, or issue another" if barred.code == "suspended" else "issue another"
-        raise RegistryError(f"the badge of {found.badge.name} {was} ({barred.reason}); {advice}")
+        raise RegistryError(f"the badge of {found.badge.name} was revoked ({barred.reason}); issue another")
     return found

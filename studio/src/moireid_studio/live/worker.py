@@ -10,7 +10,6 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -77,6 +76,7 @@ def serve(talk: Talk) -> None:
 
 
 def _session(talk: Talk, start: Start) -> None:
+    from moireid.verifier.session.threads import live_executor
     from moireid_studio.challenge.challenge import Prompt
     from moireid_studio.challenge.clock import CALL, HERE
     from moireid_studio.challenge.session import LiveCheck
@@ -86,8 +86,7 @@ def _session(talk: Talk, start: Start) -> None:
     def draw(start_s: float) -> list[Prompt]:
         return [Prompt(prompt.move, start_s + prompt.at_s) for prompt in prompts]
 
-    # The running verdict has a thread of its own.
-    with ThreadPoolExecutor(1, "verdict") as aside:
+    with live_executor() as aside:
         pace = CALL if start.in_call else HERE
         check = LiveCheck(start.question, draw=draw, pace=pace, aside=aside, required=start.required)
         talk.send({"event": "ready"})

@@ -1,4 +1,4 @@
-"""Registry: look a person up, see the record, suspend or revoke it with a reason, audit the whole."""
+"""Registry: look a person up, see the record, revoke it with a reason, audit the whole."""
 
 from __future__ import annotations
 
@@ -76,26 +76,6 @@ def revoke(
     if not sure:
         raise Refusal(422, "not_sure", "Tick that you are sure: a revocation cannot be taken back.")
     registry.by(visitor.actor).revoke(record.id, reason)
-    return RedirectResponse(f"/registry/{record.id}", 303)
-
-
-@router.post("/{badge_id}/suspend")
-def suspend(
-    request: Request, badge_id: str, visitor: Issuer, reason: Annotated[str, Form(max_length=1000)]
-) -> Response:
-    """Let a badge not count until it is reinstated, and show the record."""
-    registry = studio_of(request).registry
-    record = _record(registry, badge_id)
-    registry.by(visitor.actor).suspend(record.id, reason)
-    return RedirectResponse(f"/registry/{record.id}", 303)
-
-
-@router.post("/{badge_id}/reinstate")
-def reinstate(request: Request, badge_id: str, visitor: Issuer) -> Response:
-    """End a badge's suspension, and show the record."""
-    registry = studio_of(request).registry
-    record = _record(registry, badge_id)
-    registry.by(visitor.actor).reinstate(record.id)
     return RedirectResponse(f"/registry/{record.id}", 303)
 
 

@@ -17,7 +17,7 @@ from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect
 
 from moireid.errors import MoireIdError, RegistryError
-from moireid.names import CLAIM_LIMIT
+from moireid.names import NAME_LIMIT
 from moireid.registry.rollback import CODES
 from moireid.verifier.report.report_page import KINDS as KINDS_OF
 from moireid.verifier.report.report_page import NAME, page_context
@@ -40,7 +40,7 @@ PICTURE_POLICY = {"Content-Security-Policy": "default-src 'none'; style-src 'uns
 @router.get("")
 def form(request: Request, visitor: Verifier, claim: str = "") -> Response:
     """Choose a film, and say whose badge it shows."""
-    return render(request, "verify.html.j2", limits=studio_of(request).settings.limits, claim=claim[:CLAIM_LIMIT])
+    return render(request, "verify.html.j2", limits=studio_of(request).settings.limits, claim=claim[:NAME_LIMIT])
 
 
 @router.post("")

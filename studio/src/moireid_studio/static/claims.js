@@ -1,17 +1,12 @@
-// Suggests whose badge is meant while someone types: a name, and where several people have it, each with the line below
-// the name on their badge, or else by the id, if this visitor may know it.  The fields also work without this.
+// Suggests whose badge is meant while someone types: a name, and where several people have it the id, if this visitor may
+// know it.  The fields also work without this.
 "use strict";
 
 /** What is typed for each of these badges: a value, and a label where the value says no name. */
 function claimsOf(badges) {
-  const lines = new Map();
-  for (const { name, line } of badges) lines.set(name, [...(lines.get(name) ?? []), line]);
-  return badges.map(({ id, name, line }) => {
-    const namesakes = lines.get(name);
-    if (namesakes.length === 1) return { value: name };
-    if (line && namesakes.filter((one) => one === line).length === 1) return { value: `${name}, ${line}` };
-    return id ? { value: id, label: line ? `${name}, ${line}` : name } : { value: name };
-  });
+  const alone = (name) => badges.filter((one) => one.name === name).length === 1;
+  return badges.map(({ id, name, line }) =>
+    id && !alone(name) ? { value: id, label: line ? `${name}, ${line}` : name } : { value: name });
 }
 
 for (const field of document.querySelectorAll("input[data-claims]")) {
@@ -21,8 +16,7 @@ for (const field of document.querySelectorAll("input[data-claims]")) {
   let asked = 0;
   field.addEventListener("input", async () => {
     const mine = ++asked;
-    // Names are looked for, not the line that may follow.
-    const name = field.value.split(",")[0].trim();
+    const name = field.value.trim();
     const answer = await fetch(`/api/registry?limit=20&search=${encodeURIComponent(name)}`).catch(() => null);
     if (!answer?.ok || mine !== asked) return;
     const seen = new Map(claimsOf((await answer.json()).badges).map((claim) => [claim.value, claim]));

@@ -146,7 +146,7 @@ def database_of(folder: Path, name: str, state: str | None, *, log: bool = False
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         os.close(os.open(path, os.O_RDWR | os.O_CREAT, 0o600))
     except OSError as error:
-        raise RegistryError(f"{path} cannot be used ({error.strerror}); give another folder with --data") from error
+        raise RegistryError(f"{path} cannot be used ({error.strerror}); give another folder (data)") from error
     return Database(URL.create("sqlite", database=str(path)), log=log)
 
 

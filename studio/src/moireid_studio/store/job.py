@@ -10,7 +10,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Literal
 
-from moireid.provenance import Exclusion, Standing
+from moireid.provenance import Revocation, Standing
 
 #: What a job is called.
 JOB_ID = re.compile("[0-9a-f]{32}")
@@ -51,7 +51,7 @@ class Job:
     begun: datetime = field(default_factory=lambda: datetime.now(UTC))
     film_name: str = ""
     claim: str = ""
-    barred: Exclusion | None = None
+    barred: Revocation | None = None
     standing: Standing | None = None
     film_sha256: str | None = None
     claimed_id: str | None = None
@@ -97,7 +97,7 @@ def job_of(row: Mapping[str, Any], folder: Path) -> Job:
         folder / row["id"],
         row["role"],
         begun=datetime.fromisoformat(about["begun"]),
-        barred=Exclusion(**about["barred"]) if about["barred"] else None,
+        barred=Revocation(**about["barred"]) if about["barred"] else None,
         standing=Standing(**about["standing"]) if about["standing"] else None,
         wish=json.loads(row["wish"]),
         video=row["video"] or "",

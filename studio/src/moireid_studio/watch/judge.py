@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 import threading
 from collections import deque
-from concurrent.futures import ThreadPoolExecutor
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,6 +18,7 @@ from moireid.sandbox.child import Talk
 from moireid.verifier.limits import MIN_COVER_SHARE
 from moireid.verifier.picture import Picture
 from moireid.verifier.reasons import Reason
+from moireid.verifier.session.threads import live_executor
 from moireid_studio.challenge.challenge import from_start
 from moireid_studio.challenge.stream import StreamCheck
 from moireid_studio.watch.order import Data, Event, Shot, StreamEnd, WatchOrder
@@ -54,7 +54,7 @@ def serve(talk: Talk) -> None:
     inbox = Inbox(waits=not order.source.live(challenged=order.prompts is not None))
     piped = PipeBytes(voice.send)
     ears = threading.Thread(target=_listen, args=(talk, inbox, piped), daemon=True)
-    with ThreadPoolExecutor(1, "verdict") as aside:
+    with live_executor() as aside:
         try:
             watching = Watching(order, voice, inbox, aside)
             _begin_source(order, inbox, piped)
@@ -209,4 +209,4 @@ class Watching:
         if self._before:
             left_out.append(f"{self._before} pictures of another size, which came before")
         ended = {"why": end.why, "text": end.words}
-        self._voice.send(self._of_all(event) | {"input": film | {"reduced_by": 1}, "left_out": left_out, "end": ended})
+        self._voice.send(self._of_all(event) | {"input": film, "left_out": left_out, "end": ended})

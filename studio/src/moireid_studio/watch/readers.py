@@ -213,7 +213,7 @@ def _check(source: Source, container: av.container.InputContainer) -> None:
     count = len(picture_tracks(container))
     if count > 1:
         shown = f"{source.shown} has {count} video tracks, and players differ in which one they show"
-        raise MediaError(f"{shown}; give it with one, or try verify --track")
+        raise MediaError(f"{shown}; give it with one, or judge the file with track=")
     if not count:
         raise MediaError(f"{source.shown} holds no video stream; {_advice(source)}")
 

@@ -67,6 +67,6 @@ def check_prompts(source: Source) -> None:
     """Raise SpecError where prompts cannot be answered through a source."""
     if source.kind == "file":
         raise SpecError(
-            f"--challenge asks for moves, and {source.shown} is a film, which cannot answer; leave it out, or use a "
+            f"challenge= asks for moves, and {source.shown} is a film, which cannot answer; leave it out, or use a "
             "camera or a pipe"
         )

@@ -80,7 +80,7 @@ def read_clip(clip: Clip) -> dict[str, Any]:
         reading = readings[index][cell]
         row["phase_error_rad"].append(math.remainder(reading.free_rad - true, 2 * math.pi))
     gain, gain_sd = report.invariant.gain_ratio or math.nan, report.invariant.gain_sd or math.nan
-    as_built = filmed_built(report.track, report.measurement, gain, gain_sd).as_built
+    as_built = filmed_built(report.track, report.measurement, gain, gain_sd)[0]
     row["as_built"] = as_built.to_json()
     # The sheet's pitch in page units: its true pitch in mm, divided by the scale of the print.
     lens_page_mm = badge.lens.pitch_mm * build.lens_scale / build.print_scale

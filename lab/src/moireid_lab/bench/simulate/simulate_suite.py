@@ -6,7 +6,6 @@ against: on the eleven scenes, the analytic renderer's fringe phase and brightne
     up to 0.4 and at 60 degrees; and its own estimate of the error, compared with the true error at the usual setting.
 work: seconds a frame of the badge's region against RMS phase error, for each renderer, setting and resolution; medians
     and spreads of repeated runs, compile time and scene set-up apart.
-What a scene does not need is left out, and `moireid simulate --explain` prints the time that it saves.
 
 Phase is measured as in `simulate.analytic.accuracy`; the truth is the independent tracer's at the same pixels.
 """

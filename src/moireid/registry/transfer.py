@@ -1,6 +1,10 @@
-"""Import of an export: all of it or nothing.
+"""Export to a file, and import of one: all of it or nothing.
 
-1. The file is read into its own registry in a temporary folder, and audited there.  If it was cut or changed, the
+An export is a registry in an SQLite file, without the private key; it can be opened as any other.  Before it gets its
+name, it is audited.
+
+An import:
+1. The file is copied into a new registry in a temporary folder, and audited there.  If it was cut or changed, the
    import ends here, and nothing was written.
 2. It is merged in one transaction, in the first of these ways that fits:
    - the registry has no authority, or nothing in it but its own first entry: it becomes a copy of the export, with the
@@ -17,7 +21,7 @@ its own key.  Readers must be given its fingerprint: they have no proof that it 
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -26,12 +30,13 @@ from sqlalchemy import Connection, delete, func, insert, select
 from sqlalchemy.engine import URL
 
 from moireid.errors import RegistryError
+from moireid.files import open_regular, planned, whole_file
 from moireid.registry.audit import audit
-from moireid.registry.engine import chunks, clean
-from moireid.registry.export_file import load
+from moireid.registry.engine import chunks, clean, sqlite_file, translated, writing
 from moireid.registry.keys import account
 from moireid.registry.ledger import Ledger, open_ledger
 from moireid.registry.log import ERASE
+from moireid.registry.record import Fault
 from moireid.registry.schema import authority, badges, log, pages, select_records
 
 #: The tables of which a copy is made, and the key of each.
@@ -60,6 +65,14 @@ class Import:
     erased: int = 0
 
 
+def export(ledger: Ledger, path: Path, *, overwrite: bool, progress: Callable[[int, int | None], None] | None) -> int:
+    """What `Registry.export` does: one state of the registry, checked in the copy."""
+    planned([path], overwrite=overwrite, kept=[sqlite_file(ledger.url)])
+    # Badges can be printed from it.
+    with whole_file(path, private=True) as temporary, ledger.reported(), _copied(ledger, temporary, progress) as copy:
+        return int(copy.rows(select(func.count()).select_from(badges))[0][0])
+
+
 @contextmanager
 def checked_copy(path: Path) -> Iterator[Ledger]:
     """A registry that holds what the export at `path` does, and is sound; it is gone afterwards.
@@ -67,22 +80,49 @@ def checked_copy(path: Path) -> Iterator[Ledger]:
     Raises: RegistryError if the file cannot be read, is no export, or its content is not sound.
     """
     with tempfile.TemporaryDirectory(prefix="moireid-import-", ignore_cleanup_errors=True) as folder:
-        url = URL.create("sqlite", database=str(Path(folder) / "export.sqlite3"))
-        # What others exported is compared with what was seen when it is merged.
-        copy = open_ledger(url, create=True, make_authority=False, actor=account()).unchecked()
         try:
-            load(path, copy)
-            seen = audit(copy)
-            if not seen.sound:
-                more = f", and {seen.found - 1} more" if seen.found > 1 else ""
-                raise RegistryError(
-                    f"export {path} was tampered with or is damaged ({seen.findings[0].text}{more}); nothing was "
-                    "imported, so get another copy",
-                    code=seen.findings[0].code,
-                )
-            yield copy
+            open_regular(path).close()
+        except OSError as error:
+            raise RegistryError(f"export {path} cannot be read ({error.strerror}); give the path of one") from error
+        # What others exported is compared with what was seen when it is merged.
+        source = open_ledger(_url_of(path), create=False, make_authority=False, actor=account()).unchecked()
+        try:
+            with _copied(source, Path(folder) / "copy.sqlite3") as copy:
+                yield copy
+        except Fault as fault:
+            raise RegistryError(
+                f"export {path} was tampered with or is damaged ({fault.text}); nothing was imported, so get another "
+                "copy",
+                code=fault.code,
+            ) from fault
         finally:
-            copy.engine.dispose()
+            source.engine.dispose()
+
+
+@contextmanager
+def _copied(source: Ledger, path: Path, progress: Callable[[int, int | None], None] | None = None) -> Iterator[Ledger]:
+    """A new registry in an SQLite file, with all that another one holds at this moment.
+
+    Its own tables and indexes are new, so what a hostile database hides by its own is not hidden here.
+    Raises: Fault if it is not sound.
+    """
+    public_key = source.authority.public_hex
+    copy = open_ledger(_url_of(path), create=True, make_authority=False, actor=account()).unchecked()
+    try:
+        with source.snapshot() as there, translated(copy.url), writing(copy.engine) as here:
+            _copy(there, here)
+        copy.adopt(public_key)
+        seen = audit(copy, progress)
+        if not seen.sound:
+            more = f", and {seen.found - 1} more" if seen.found > 1 else ""
+            raise Fault(seen.findings[0].code, f"{seen.findings[0].text}{more}")
+        yield copy
+    finally:
+        copy.engine.dispose()
+
+
+def _url_of(path: Path) -> URL:
+    return URL.create("sqlite", database=str(path.absolute()))
 
 
 def merge(source: Ledger, target: Ledger, actor: str) -> Import:
