@@ -101,6 +101,7 @@ def test_three_fields_lie_on_the_board_apart_from_each_other_and_the_markers(siz
 def _points(badge: Badge, grating: Grating) -> np.ndarray:
     """Places all round a grating's border, on the page."""
     corners = badge.corners_of(grating)
+    assert badge.bounds_of(grating) == pytest.approx([*corners.min(axis=0), *corners.max(axis=0)])
     way = np.linspace(0, 1, 80)[:, None]
     return np.concatenate([a + way * (b - a) for a, b in zip(corners, np.roll(corners, -1, axis=0), strict=True)])
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import shlex
 import sys
-import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -78,6 +77,8 @@ def _origin() -> dict[str, Any]:
 
 def _extras_by_distribution(receipt: Path) -> dict[str, set[str]]:
     """The extras with which uv installed each distribution of the project in this place."""
+    import tomllib
+
     wanted = tomllib.loads(receipt.read_text(encoding="utf-8")).get("tool", {}).get("requirements", [])
     ours = [one for one in wanted if one.get("name") in ("moireid", *FOLDERS)]
     return {one["name"]: set(one.get("extras", [])) for one in ours}

@@ -6,7 +6,6 @@ unstated.
 
 from __future__ import annotations
 
-import tomllib
 from functools import cache
 from importlib import resources
 from typing import Literal
@@ -74,6 +73,8 @@ class Material(Struct, frozen=True, forbid_unknown_fields=True):
 @cache
 def materials() -> tuple[Material, ...]:
     """The rows of the table, in its order."""
+    import tomllib
+
     text = resources.files("moireid").joinpath("materials.toml").read_text(encoding="utf-8")
     return msgspec.convert(tomllib.loads(text)["material"], tuple[Material, ...])
 

@@ -3,7 +3,12 @@
 from __future__ import annotations
 
 import hashlib
+import re
+import struct
+import subprocess
+import sys
 import threading
+import zlib
 from fractions import Fraction
 from itertools import islice
 from pathlib import Path
@@ -118,6 +123,37 @@ def test_an_error_of_the_decoder_comes_at_its_frame(tmp_path, monkeypatch, good)
     with pytest.raises(MediaError, match="picture size"):
         seen.extend(frame.index for frame in film.frames_ahead())
     assert seen == list(range(good)) and not decoders()
+
+
+def huge_png(width: int, height: int) -> bytes:
+    """A film of one picture as an animated PNG, of a few bytes, with any size in its header."""
+
+    def chunk(tag: bytes, body: bytes) -> bytes:
+        return struct.pack(">I", len(body)) + tag + body + struct.pack(">I", zlib.crc32(tag + body))
+
+    control = chunk(b"acTL", struct.pack(">II", 1, 0)) + chunk(
+        b"fcTL", struct.pack(">IIIIIHHBB", 0, width, height, 0, 0, 1, 30, 0, 0)
+    )
+    head = chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 6, 0, 0, 0))
+    return b"\x89PNG\r\n\x1a\n" + head + control + chunk(b"IDAT", zlib.compress(bytes(4000))) + chunk(b"IEND", b"")
+
+
+@pytest.mark.claim("A film's header cannot ask for all memory")
+@pytest.mark.skipif(sys.platform != "linux", reason="reads Linux's own count of a process' memory")
+def test_a_header_cannot_ask_for_all_memory(tmp_path):
+    """Catches: probing that fills pictures of any size (a gigabyte here); a limit on opening that decoding forgets."""
+    path = tmp_path / "huge.mp4"
+    path.write_bytes(huge_png(16_000, 16_000))
+    # Linux's own count of a process begins anew with its program; that of `resource` begins with its parent's.
+    ask = (
+        "import sys; from pathlib import Path; from moireid.errors import MediaError\n"
+        "from moireid.verifier.video import Film\n"
+        "try: list(Film(Path(sys.argv[1])).frames())\n"
+        "except MediaError: print(Path('/proc/self/status').read_text())"
+    )
+    done = subprocess.run([sys.executable, "-c", ask, str(path)], check=True, capture_output=True, text=True)
+    peak_kb = int(re.search(r"VmHWM:\s*(\d+)", done.stdout)[1])
+    assert peak_kb < 300e3
 
 
 def test_pictures_beyond_4k_are_refused_with_their_size(tmp_path):

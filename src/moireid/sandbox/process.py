@@ -235,7 +235,8 @@ def _answer(line: socket.socket) -> int:
 def _environment(*, sealed: bool) -> dict[str, str]:
     """The environment variables that a process gets."""
     kept = {k: v for k, v in os.environ.items() if k in KEPT_VARIABLES or k.startswith(KEPT_BEGINNINGS)}
-    return kept if sealed else dict(os.environ)
+    # A film's matrices are small: further threads of BLAS cost a fifth of loading NumPy, and nothing uses them.
+    return kept | {"OPENBLAS_NUM_THREADS": "1"} if sealed else dict(os.environ)
 
 
 def _scratch_folder(folder: Path | str | None) -> str:

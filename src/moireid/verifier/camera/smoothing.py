@@ -188,12 +188,11 @@ def steady_errors_px(
         flat = local[..., :2] / local[..., 2:]
         residual = (flat - seen).reshape(len(frames), -1)
         # A rotation is about the camera, so the plane moves with it; a step of distance is a share of it.
-        turns = [np.cross(axis, local) for axis in np.eye(3)]
-        moves = [*turns, np.broadcast_to((towards * far[:, None])[:, None], local.shape)]
-        table = np.stack(
-            [((move[..., :2] - flat * move[..., 2:]) / local[..., 2:]).reshape(len(frames), -1) for move in moves],
-            axis=-1,
-        )
+        x, y, away = flat[..., 0], flat[..., 1], far[:, None] / local[..., 2]
+        along_x = [-x * y, 1 + x * x, -y, (towards[:, :1] - x * towards[:, 2:]) * away]
+        along_y = [-1 - y * y, x * y, x, (towards[:, 1:2] - y * towards[:, 2:]) * away]
+        both = [np.stack(pair, axis=-1) for pair in zip(along_x, along_y, strict=True)]
+        table = np.stack(both, axis=-1).reshape(len(frames), -1, 4)
         normal = table.swapaxes(-1, -2) @ table
         step = -np.linalg.solve(normal + 1e-12 * np.eye(4), table.swapaxes(-1, -2) @ residual[..., None])[..., 0]
         rotation, far = rotations(step[:, :3]) @ rotation, far * (1 + step[:, 3])

@@ -10,6 +10,7 @@ Convention: places in units of the patches' extent about their middle, so that a
 from __future__ import annotations
 
 import math
+from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, partial
@@ -58,12 +59,12 @@ class PatchDrawing:
     samples: dict[tuple[int, ...], Samples] = field(default_factory=dict)
 
     @cached_property
-    def grids(self) -> list[tuple[Array, Array]]:
+    def grids(self) -> list[tuple[list[float], list[float]]]:
         """Places of each patch's columns, and of its rows, from its middle, mm."""
         return [(self._offsets(columns), self._offsets(rows)) for rows, columns in self.counts]
 
-    def _offsets(self, count: int) -> Array:
-        return np.asarray((np.arange(count) + 0.5 - count / 2 + 0.5 / FINE) * self.pitch_mm)
+    def _offsets(self, count: int) -> list[float]:
+        return [(k + 0.5 - count / 2 + 0.5 / FINE) * self.pitch_mm for k in range(count)]
 
 
 @dataclass(frozen=True)
@@ -276,10 +277,9 @@ def _phases(halves: Single, border: int) -> Single:
     return np.ascontiguousarray(wide.reshape(rows, 2, columns, 2).transpose(1, 3, 0, 2))
 
 
-def _first_and_end(places: Array, limit: float) -> tuple[int, int]:
+def _first_and_end(places: list[float], limit: float) -> tuple[int, int]:
     """Number of the first of some rising places less than a limit away from 0, and of the first beyond them."""
-    first, end = np.searchsorted(places, (-limit, limit))
-    return int(first + (places[first] == -limit)), int(end)
+    return bisect_right(places, -limit), bisect_left(places, limit)
 
 
 def _fine_offsets(half_mm: float, pitch_mm: float) -> Array:
