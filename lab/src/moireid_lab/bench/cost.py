@@ -213,7 +213,9 @@ def judged(work: str, folder: Path) -> Row:
     row = cost_row(work, folder, RUNS)
     within = {"cost": row["ratio"] <= row["asked"], "memory": row["of_most"] <= 1}
     answers = {question: RIGHT if kept else WRONG for question, kept in within.items()}
-    return {"kind": work, "answers": answers} | {one: row[one] for one in ("ratio", "asked", "s", "MB")}
+    return {"kind": work, "answers": answers, "command s": row["s"]} | {
+        one: row[one] for one in ("ratio", "asked", "MB")
+    }
 
 
 def cases(asked: Asked) -> dict[str, str]:
