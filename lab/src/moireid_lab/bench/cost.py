@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import os
 import re
+import resource
 import sys
 import tempfile
 import time
@@ -122,7 +122,7 @@ def _run(folder: Path, program: str, words: str) -> tuple[float, float]:
             make(folder, folder / name)
     arguments = [word.replace("Ada.", "Ada ") for word in words.split()]
     with tempfile.TemporaryFile() as said:
-        before, peak = os.times(), 0
+        before, peak = resource.getrusage(resource.RUSAGE_CHILDREN), 0
         child = psutil.Popen([sys.executable, "-c", program, *arguments], cwd=folder, stdout=said, stderr=said)
         while child.poll() is None:
             # A process of it may end at any moment.
@@ -131,12 +131,12 @@ def _run(folder: Path, program: str, words: str) -> tuple[float, float]:
                 # What several share counts once, where the system knows.
                 peak = max(peak, sum(getattr(one, "pss", one.rss) for one in tree))
             time.sleep(0.05)
-        after = os.times()
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
         if child.returncode not in ENDS:
             said.seek(0)
             text = said.read().decode(errors="replace").strip()[-300:]
             raise MoireIdError(f"moireid {words} ended with {child.returncode}: {text}")
-    used_s = after.children_user + after.children_system - before.children_user - before.children_system
+    used_s = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
     return used_s, peak / 1e6
 
 
