@@ -20,11 +20,11 @@ from moireid.cli.common import (
     friendly,
     json_option,
     registry_option,
-    report_remembered,
     say,
     show_json,
 )
 from moireid.errors import SpecError
+from moireid.provenance import FORGETFUL
 
 if TYPE_CHECKING:
     from moireid.registry import Registry
@@ -56,7 +56,8 @@ def registry_command(
                 try:
                     function(registry, **given)
                 finally:
-                    report_remembered(registry.remembered)
+                    if not registry.remembered:
+                        say(f"note: {FORGETFUL}")
 
         command = registry_group.command(name)(friendly(run))
         shared: list[Callable[[click.Command], click.Command]] = [registry_option, *options, json_option]
