@@ -66,11 +66,11 @@ def test_export_is_one_state(url, full, tmp_path, monkeypatch):
 
 
 @pytest.mark.claim("An export is restored whole, signatures and all")
-@pytest.mark.parametrize("prepared", ["absent", "of another key", "awaiting"])
+@pytest.mark.parametrize("prepared", ["absent", "awaiting"])
 def test_import_makes_a_copy(url, full, exported, target, prepared):
     """Catches: signing anew on import; a registry that must not exist, or must; records without their history."""
     if prepared != "absent":
-        open_registry(target, create=True, make_authority=prepared == "of another key").close()
+        open_registry(target, create=True, make_authority=False).close()
     assert import_registry(exported, target) == Import(3, 0, 0)
     assert state_of(target) == state_of(url)
     with open_registry(target, create=False) as copy:
@@ -110,7 +110,7 @@ def test_a_changed_file_changes_nothing(exported, url, tmp_path, change):
 
 def test_database_that_fails_halfway_keeps_the_old_state(full, exported, target, monkeypatch):
     """Catches: an import in several transactions."""
-    open_registry(target, create=True).close()
+    open_registry(target, create=True, make_authority=False).close()
     before, copied, done = state_of(target), transfer._copy, []
     monkeypatch.setattr(engine, "CHUNK", 1)
 

@@ -7,8 +7,8 @@ An import:
 1. The file is copied into a new registry in a temporary folder, and audited there.  If it was cut or changed, the
    import ends here, and nothing was written.
 2. It is merged in one transaction, in the first of these ways that fits:
-   - the registry has no authority, or nothing in it but its own first entry: it becomes a copy of the export, with the
-     export's authority and signatures.  Without the private key it can be read, and no more.
+   - the registry has no authority yet: it becomes a copy of the export, with the export's authority and signatures.
+     Without the private key it can be read, and no more.
    - the export's log is a part of the registry's: there is nothing to do.
    - the registry's log is a part of the export's: it becomes a copy, too.
    Else both have grown on their own, and one of them is a fork: nothing is imported.
@@ -135,10 +135,15 @@ def merge(source: Ledger, target: Ledger, actor: str) -> Import:
 
 def _merged(source: Ledger, target: Ledger, actor: str) -> Import:
     with source.snapshot() as there:
-        if not target.has_authority or target.authority.public_hex != source.authority.public_hex:
-            with target.clearing(source.authority) as here:
+        if not target.has_authority:
+            with target.filling(source.authority) as here:
                 _copy(there, here)
             return Import(_count(there), 0, 0)
+        if target.authority.public_hex != source.authority.public_hex:
+            raise RegistryError(
+                f"registry {target.shown} is of authority {target.authority.fingerprint}, and this export is of "
+                f"{source.authority.fingerprint}; import it into an empty registry"
+            )
         with target.writing(actor, older=True) as transaction:
             theirs, ours, here = source.tree_in(there), transaction.tree, transaction.connection
             if ours.consistency(theirs.size, theirs.root) is not None:

@@ -153,11 +153,11 @@ def registry_forget(fingerprint: str, as_json: bool) -> None:
     gone = forget(wanted)
     if as_json:
         show_json({"fingerprint": wanted, "forgotten": gone, "seen": None if last is None else str(last)})
-        return
-    echo(f"what was seen of authority {wanted} is forgotten" if gone else f"authority {wanted} was never seen")
-    if last is not None:
+    elif last is None:
+        echo(f"authority {wanted} was never seen")
+    else:
         echo(
-            f"{last.seq} entries of it were seen, the last one {str(last)[:24]}…; what an older state lacks of them is "
+            f"what was seen of authority {wanted}, {last.seq} entries, is forgotten; what an older state lacks of them is "
             "lost, above all each revocation: enter it again"
         )
 
