@@ -35,12 +35,10 @@ from moireid.registry.claimed import People, claimed, claimed_by_file, holder_of
 from moireid.registry.engine import default_url
 from moireid.registry.record import Record
 from moireid.registry.store import Registry, import_registry, open_registry
-from moireid.registry.transfer import Import
 
 __all__ = [
     "Audit",
     "BadgeHolder",
-    "Import",
     "People",
     "Record",
     "Registry",

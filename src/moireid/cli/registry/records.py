@@ -157,8 +157,8 @@ def registry_forget(fingerprint: str, as_json: bool) -> None:
         echo(f"authority {wanted} was never seen")
     else:
         echo(
-            f"what was seen of authority {wanted}, {last.seq} entries, is forgotten; what an older state lacks of them is "
-            "lost, above all each revocation: enter it again"
+            f"what was seen of authority {wanted}, {last.seq} entries, is forgotten; what an older state lacks of them "
+            "is lost, above all each revocation: enter it again"
         )
 
 
