@@ -11,6 +11,7 @@ from moireid.names import name_with_line
 Source = Literal["registry", "file", "bundle"]
 #: Rounds of PBKDF2 behind a seal: each guess costs 0.4 ms of processor time, on any side.
 SEAL_ROUNDS = 1000
+FORGETFUL = "the registry's state cannot be remembered here, so an older one would pass; set MOIREID_SEEN"
 
 
 @dataclass(frozen=True)
@@ -27,6 +28,17 @@ class Standing:
     expires: str | None = None
     new: bool = False
     remembered: bool = True
+
+    @property
+    def notes(self) -> list[str]:
+        """What a user should know of it, in sentences."""
+        found = []
+        if self.new and self.expires is not None:
+            found.append(
+                f"authority {self.fingerprint} is seen for the first time; compare it with the fingerprint that its "
+                "operator states, or give that one (trust)"
+            )
+        return found if self.remembered else [*found, FORGETFUL]
 
     def to_json(self) -> dict[str, Any]:
         """As the `registry` object of `verify --json`."""

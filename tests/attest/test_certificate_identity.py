@@ -55,6 +55,7 @@ CHAINS = {
     "authority of the same name": (issued("Famous Newsroom", "thief", "other root"), FALSE_ROOT),
     "by a signer": (issued("Famous Newsroom", "thief", "desk", "Famous Newsroom"), DESK),
     "expired": (issued("Famous Newsroom", "thief", begins=timedelta(days=-9), ends=timedelta(days=-1)),),
+    "of another key": (DESK,),
     "none": (),
 }
 

@@ -7,7 +7,6 @@ import copy
 import json
 import re
 from collections.abc import Callable
-from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +15,7 @@ from click.testing import CliRunner, Result
 from securesystemslib.dsse import Envelope
 from securesystemslib.signer import CryptoSigner
 
-from kit.signing import DAY, certificate, certified_key, new_key, pem_of_certificates, public_pem_of
+from kit.signing import certificate, certified_key, new_key, pem_of_certificates, public_pem_of
 from moireid.attest import check, load_signing_key, signed_envelope
 from moireid.attest.signing_keys import SigningKey
 from moireid.attest.statement import PREDICATE_TYPE, attested, statement
@@ -78,18 +77,6 @@ def test_a_key_that_is_only_in_the_file_proves_nothing_and_does_not_pass(
     for options in ((), ("--json",), ("--film", tmp_path / "key.pem")):
         done = checked(tmp_path / "verdict.json", *options)
         assert done.exit_code == 2 and done.stdout == "" and "nothing says whom to expect" in done.stderr
-
-
-def test_a_signer_s_own_date_does_not_revive_a_certificate(
-    tmp_path: Path, sign: Sign, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Catches: an expired key by which a thief signs, on a day of before that the thief chose."""
-    private, root = new_key("p256"), new_key("p256")
-    made = certificate("Desk", private, "Root", root, begins=timedelta(days=-300), ends=timedelta(days=-100))
-    monkeypatch.setattr("moireid.attest.statement.utc", lambda moment: f"{datetime.now(UTC) - 200 * DAY:%Y-%m-%dT%XZ}")
-    text = sign(SigningKey(private, (made,)))
-    (fault,) = check(text.encode(), key=private.public_key()).faults
-    assert fault.part == "certificate" and "is valid from" in fault.text
 
 
 def test_a_verdict_of_another_format_is_refused(key: SigningKey, judged: dict[str, Any]) -> None:

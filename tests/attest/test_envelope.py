@@ -18,7 +18,7 @@ from securesystemslib.dsse import Envelope
 from securesystemslib.signer import SSlibKey
 
 from kit.programs import needs
-from kit.signing import DAY, certificate, certified_key, new_key, pem_of, pem_of_certificates, public_pem_of
+from kit.signing import certificate, certified_key, new_key, pem_of, pem_of_certificates, public_pem_of
 from moireid.attest import load_public_key, load_signing_key
 from moireid.attest.signing_keys import MOST_BYTES, SigningKey, fingerprint, holder
 from moireid.errors import SpecError
@@ -92,8 +92,6 @@ def bad_keys() -> dict[str, tuple[bytes, str]]:
     """Files that are no key to sign with, and words of what is said."""
     key, other = new_key("p256"), new_key("p256")
     own = certificate("Desk", key, "Root", other)
-    late = certificate("Desk", key, "Root", other, begins=-9 * DAY, ends=-2 * DAY)
-    false_root = certificate("Root", new_key("p256"), "Root", other, authority=True)
     locked = key.private_bytes(
         serialization.Encoding.PEM, serialization.PrivateFormat.PKCS8, serialization.BestAvailableEncryption(b"x")
     )
@@ -104,8 +102,6 @@ def bad_keys() -> dict[str, tuple[bytes, str]]:
         "locked": (locked, "encrypted"),
         "p384": (p384, "neither Ed25519 nor ECDSA on P-256"),
         "another's certificate": (pem_of(other) + pem_of_certificates(own), "of another key"),
-        "out of date": (pem_of(key) + pem_of_certificates(late), "valid from"),
-        "false chain": (pem_of(key) + pem_of_certificates(own, false_root), "not issued by"),
         "no certificate": (
             pem_of(key) + b"-----BEGIN CERTIFICATE-----\nMAA=\n-----END CERTIFICATE-----\n",
             "certificate",

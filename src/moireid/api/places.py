@@ -61,12 +61,5 @@ def opened(place: Place) -> Iterator[room.Registry]:
 
 def warn_of(standing: Standing) -> None:
     """Warn of what a user should know about the registry or bundle that was asked."""
-    if standing.new and standing.expires is not None:
-        warnings.warn(
-            f"authority {standing.fingerprint} is seen for the first time; compare it with the fingerprint that its "
-            "operator states, or give that one as trust",
-            stacklevel=5,
-        )
-    if not standing.remembered:
-        text = "the registry's state cannot be remembered here, so an older one would pass; set MOIREID_SEEN"
-        warnings.warn(text, stacklevel=5)
+    for note in standing.notes:
+        warnings.warn(note, stacklevel=5)

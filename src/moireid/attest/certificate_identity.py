@@ -8,13 +8,12 @@ from __future__ import annotations
 
 import unicodedata
 from dataclasses import dataclass
-from datetime import UTC, datetime
 
 from cryptography import x509
 from cryptography.x509.oid import NameOID
 from cryptography.x509.verification import Criticality, ExtensionPolicy, PolicyBuilder, Store, VerificationError
 
-from moireid.attest.signing_keys import holder
+from moireid.attest.signing_keys import PublicKey, fingerprint, fingerprint_of, holder
 
 #: Names of the alternative subject that are texts.
 _TEXTS = (x509.RFC822Name, x509.DNSName, x509.UniformResourceIdentifier)
@@ -31,10 +30,10 @@ class CertificateIdentity:
     name: str
     authorities: tuple[x509.Certificate, ...]
 
-    def fault(self, chain: tuple[x509.Certificate, ...], at: datetime) -> str | None:
+    def fault(self, chain: tuple[x509.Certificate, ...], key: PublicKey) -> str | None:
         """Why a chain does not show this identity, in a sentence; None where it does.
 
-        Parameters: chain: the signer's own certificate first; at: when each must be valid, with time zone.
+        Parameters: chain: the signer's own certificate first; key: by which was signed.
         Convention: the certificate's purpose (extended key usage) may be any, as the name is what is asked for.
         Source: path validation of RFC 5280, section 6, by `cryptography.x509.verification`.
         """
@@ -43,9 +42,10 @@ class CertificateIdentity:
         own = chain[0]
         if unicodedata.normalize("NFC", self.name) not in names_of(own):
             return f"The signer's certificate names {holder(own)!r}, and not {self.name!r}."
-        moment = at.astimezone(UTC).replace(tzinfo=None)
+        if fingerprint_of(own) != fingerprint(key):
+            return "The signer's certificate is of another key."
         try:
-            policy = PolicyBuilder().store(Store(list(self.authorities))).time(moment)
+            policy = PolicyBuilder().store(Store(list(self.authorities)))
             policy = policy.extension_policies(ca_policy=_authority_policy(), ee_policy=_signer_policy())
             policy.build_client_verifier().verify(own, list(chain[1:]))
         except (VerificationError, ValueError) as error:
@@ -73,15 +73,13 @@ def _authority_policy() -> ExtensionPolicy:
     return (
         ExtensionPolicy.permit_all()
         .require_present(x509.BasicConstraints, Criticality.AGNOSTIC, _issues)
-        .may_be_present(x509.KeyUsage, Criticality.AGNOSTIC, _signs_certificates)
         .require_not_present(x509.NameConstraints)
     )
 
 
 def _signer_policy() -> ExtensionPolicy:
     """Of the signer's own certificate."""
-    policy = ExtensionPolicy.permit_all().may_be_present(x509.BasicConstraints, Criticality.AGNOSTIC, _does_not_issue)
-    return policy.may_be_present(x509.KeyUsage, Criticality.AGNOSTIC, _signs_documents)
+    return ExtensionPolicy.permit_all().may_be_present(x509.BasicConstraints, Criticality.AGNOSTIC, _does_not_issue)
 
 
 def _issues(policy: object, certificate: x509.Certificate, found: x509.BasicConstraints) -> None:
@@ -92,13 +90,3 @@ def _issues(policy: object, certificate: x509.Certificate, found: x509.BasicCons
 def _does_not_issue(policy: object, certificate: x509.Certificate, found: x509.BasicConstraints | None) -> None:
     if found is not None and found.ca:
         raise ValueError("it is an authority's own certificate")
-
-
-def _signs_certificates(policy: object, certificate: x509.Certificate, found: x509.KeyUsage | None) -> None:
-    if found is not None and not found.key_cert_sign:
-        raise ValueError(f"{holder(certificate)} may not sign certificates")
-
-
-def _signs_documents(policy: object, certificate: x509.Certificate, found: x509.KeyUsage | None) -> None:
-    if found is not None and not (found.digital_signature or found.content_commitment):
-        raise ValueError("its key may not sign documents")

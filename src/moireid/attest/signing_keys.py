@@ -10,12 +10,10 @@ from __future__ import annotations
 import hashlib
 import re
 from dataclasses import dataclass
-from datetime import UTC, datetime
-from itertools import pairwise
 from pathlib import Path
 
 from cryptography import x509
-from cryptography.exceptions import InvalidSignature, UnsupportedAlgorithm
+from cryptography.exceptions import UnsupportedAlgorithm
 from cryptography.hazmat.primitives import serialization
 from cryptography.hazmat.primitives.asymmetric.ec import (
     SECP256R1,
@@ -181,33 +179,6 @@ def holder(certificate: x509.Certificate) -> str:
     return _named(certificate.subject)
 
 
-def issuer(certificate: x509.Certificate) -> str:
-    """The issuer that a certificate names."""
-    return _named(certificate.issuer)
-
-
-def chain_fault(chain: tuple[x509.Certificate, ...], key: PublicKey, at: datetime) -> str | None:
-    """What is wrong with a chain of certificates, in a few words; None where it holds together.
-
-    Parameters: at: the moment at which each must be valid, with time zone.
-    Convention: only the chain is checked.  Whether the issuer of its last certificate is trusted is not known here.
-    """
-    if not chain:
-        return None
-    if fingerprint_of(chain[0]) != fingerprint(key):
-        return "its certificate is of another key"
-    for certificate, above in pairwise(chain):
-        try:
-            certificate.verify_directly_issued_by(above)
-        except (ValueError, TypeError, InvalidSignature, UnsupportedAlgorithm):
-            return f"the certificate of {holder(certificate)!r} was not issued by the one that follows it"
-    for certificate in chain:
-        if not certificate.not_valid_before_utc <= at <= certificate.not_valid_after_utc:
-            until = f"{certificate.not_valid_before_utc:%Y-%m-%d} to {certificate.not_valid_after_utc:%Y-%m-%d}"
-            return f"the certificate of {holder(certificate)!r} is valid from {until} alone"
-    return None
-
-
 def fingerprint_of(certificate: x509.Certificate) -> str | None:
     """The fingerprint of a certificate's key; None where it is of a kind that signs no verdicts."""
     try:
@@ -223,9 +194,9 @@ def _own_chain(path: Path, content: bytes, key: PublicKey) -> tuple[x509.Certifi
         chain = _certificates(content)
     except ValueError as error:
         raise SpecError(f"a certificate in {path} cannot be read; give it as PEM, or leave it out") from error
-    if fault := chain_fault(chain, key, datetime.now(UTC)):
+    if chain and fingerprint_of(chain[0]) != fingerprint(key):
         raise SpecError(
-            f"the certificates in {path} cannot be used: {fault}; put the key's own there, then its issuer's and so on"
+            f"the first certificate in {path} is of another key; put the key's own there, then its issuer's"
         )
     return chain
 

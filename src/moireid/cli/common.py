@@ -281,18 +281,8 @@ def shown_rows(rows: Iterable[tuple[str, str]]) -> str:
 
 def report_standing(standing: Standing) -> None:
     """Say on stderr what a user should know about the registry that was asked."""
-    if standing.new and standing.expires is not None:
-        say(
-            f"note: authority {standing.fingerprint} is seen for the first time; compare it with the fingerprint "
-            "that its operator states, or give that one as --trust"
-        )
-    report_remembered(standing.remembered)
-
-
-def report_remembered(remembered: bool) -> None:
-    """Say on stderr where a registry's state cannot be remembered."""
-    if not remembered:
-        say("note: the registry's state cannot be remembered here, so an older one would pass; set MOIREID_SEEN")
+    for note in standing.notes:
+        say(f"note: {note}")
 
 
 @contextmanager

@@ -30,18 +30,15 @@ bundle/         what a verifier needs, in one signed file
 """
 
 from moireid.provenance import BadgeHolder
-from moireid.registry.audit_findings import Audit, Finding
+from moireid.registry.audit_findings import Audit
 from moireid.registry.claimed import People, claimed, claimed_by_file, holder_of, people_of
 from moireid.registry.engine import default_url
 from moireid.registry.record import Record
 from moireid.registry.store import Registry, import_registry, open_registry
-from moireid.registry.transfer import Import
 
 __all__ = [
     "Audit",
     "BadgeHolder",
-    "Finding",
-    "Import",
     "People",
     "Record",
     "Registry",

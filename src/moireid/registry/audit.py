@@ -22,16 +22,15 @@ What it cannot find by itself:
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
 
 from sqlalchemy import Connection, exists, func, select
 
 from moireid.errors import RegistryError
-from moireid.registry.audit_findings import Audit, Tally
+from moireid.registry.audit_findings import Audit
 from moireid.registry.checkpoints.checkpoint import Checkpoint
 from moireid.registry.checkpoints.cosignature import signers
 from moireid.registry.checkpoints.note import VerifierKey
-from moireid.registry.engine import AnyRow, AnySelect
+from moireid.registry.engine import AnySelect
 from moireid.registry.ledger import Ledger
 from moireid.registry.log import (
     ERASE,
@@ -49,6 +48,9 @@ from moireid.registry.record import Fault, record_of
 from moireid.registry.rollback import CODES
 from moireid.registry.schema import authority, badges, log, pages, select_records
 
+#: Entries and records between two reports of progress.
+STEP = 500
+
 
 def audit(
     ledger: Ledger,
@@ -60,34 +62,34 @@ def audit(
     with ledger.unchecked().snapshot() as connection:
         check_tables(connection, ledger.shown)
     refused, ledger = _refused(ledger), ledger.unchecked()
-    kept = [one for one in since if one.fingerprint == ledger.authority.fingerprint]
+    seen = Audit(ledger.authority.fingerprint)
+    kept = [one for one in since if one.fingerprint == seen.fingerprint]
     for one in kept:
         one.check(ledger.authority, f"of {one.date}")
-    counts = (select(func.count()).select_from(table).scalar_subquery() for table in (badges, log))
-    tally = Tally(progress, sum(ledger.rows(select(*counts))[0]))
     if refused is not None:
-        tally.report(str(refused["code"]), str(refused["finding"]))
-    witnessed = _audit_witnesses(since, witnesses, tally) if witnesses else None
+        seen.report(Fault(str(refused["code"]), str(refused["finding"])))
+    if witnesses:
+        _audit_witnesses(since, witnesses, seen)
     for one in since:
         if one not in kept:
             text = (
-                f"the registry is signed by authority {ledger.authority.fingerprint}, and the checkpoint of {one.date} "
-                f"by {one.fingerprint}: its key was replaced"
+                f"the registry is signed by authority {seen.fingerprint}, and the checkpoint of {one.date} by "
+                f"{one.fingerprint}: its key was replaced"
             )
-            tally.report("key_replaced", text)
+            seen.report(Fault("key_replaced", text))
     roots = dict.fromkeys([one.size for one in kept], "")
     with ledger.snapshot() as connection:
-        head = _audit_log(ledger, connection, roots, tally)
-        _audit_kept(kept, roots, head, tally)
-        _audit_records(ledger, connection, tally)
-    return Audit(
-        fingerprint=ledger.authority.fingerprint,
-        head=None if head is None else str(head),
-        findings=tuple(tally.findings),
-        actors=dict(tally.actors),
-        witnessed=witnessed,
-        **tally.counts,
-    )
+        counts = (select(func.count()).select_from(table).scalar_subquery() for table in (badges, log))
+        total = sum(connection.execute(select(*counts)).one())
+
+        def step(done: int) -> None:
+            if progress and (done % STEP == 0 or done == total):
+                progress(done, total)
+
+        newest = _audit_log(ledger, connection, roots, seen, step)
+        _audit_kept(kept, roots, seen)
+        _audit_records(ledger, connection, newest, seen, step)
+    return seen
 
 
 def _refused(ledger: Ledger) -> dict[str, object] | None:
@@ -104,10 +106,8 @@ def _refused(ledger: Ledger) -> dict[str, object] | None:
     return None
 
 
-def _audit_witnesses(
-    since: Sequence[Checkpoint], witnesses: Sequence[VerifierKey], tally: Tally
-) -> dict[str, Any] | None:
-    """The newest of the checkpoints that all witnesses signed; a finding if there is none."""
+def _audit_witnesses(since: Sequence[Checkpoint], witnesses: Sequence[VerifierKey], seen: Audit) -> None:
+    """Note the newest of the checkpoints that all witnesses signed; a finding if there is none."""
     refusal = "witnesses must have signed a checkpoint, and none is given"
     for one in sorted(since, key=lambda one: -one.size):
         try:
@@ -115,60 +115,69 @@ def _audit_witnesses(
         except RegistryError as error:
             refusal = str(error).partition(";")[0]
         else:
-            return {"size": one.size, "signers": {name: f"{at:%Y-%m-%dT%H:%M:%SZ}" for name, at in times.items()}}
-    tally.report("not_witnessed", refusal)
-    return None
+            shown = {name: f"{at:%Y-%m-%dT%H:%M:%SZ}" for name, at in times.items()}
+            seen.witnessed = {"size": one.size, "signers": shown}
+            return
+    seen.report(Fault("not_witnessed", refusal))
 
 
-def _audit_kept(kept: Sequence[Checkpoint], roots: Mapping[int, str], head: Head | None, tally: Tally) -> None:
+def _audit_kept(kept: Sequence[Checkpoint], roots: Mapping[int, str], seen: Audit) -> None:
     """Compare the log with the checkpoints that were kept of it elsewhere; roots: over so many entries."""
-    size = tally.counts["entries"]
     for one in kept:
-        noted = f"the log ends at entry {size}, and the checkpoint of {one.date} names {one.size} entries"
-        if one.size <= size and roots[one.size] != one.root.hex():
+        if one.size > seen.entries:
+            text = (
+                f"the log ends at entry {seen.entries}, and the checkpoint of {one.date} names {one.size} entries: the "
+                "registry was rolled back, an earlier state was put back"
+            )
+            seen.report(Fault("rolled_back", text, one.size))
+        elif roots[one.size] != one.root.hex():
             text = (
                 f"the log's first {one.size} entries are not those of the checkpoint of {one.date}: it was forked, and "
                 "something was written in the place of what had been signed"
             )
-            tally.report("forked", text, one.size)
-        elif one.size > size and head is None:
-            tally.report("log_cut", f"{noted}: its end was cut off", one.size)
-        elif one.size > size:
-            tally.report(
-                "rolled_back", f"{noted}: the registry was rolled back, an earlier state was put back", one.size
-            )
+            seen.report(Fault("forked", text, one.size))
 
 
-def _audit_log(ledger: Ledger, connection: Connection, roots: dict[int, str], tally: Tally) -> Head | None:
+def _audit_log(
+    ledger: Ledger, connection: Connection, roots: dict[int, str], seen: Audit, step: Callable[[int], None]
+) -> dict[str, str]:
     """Check the log from its first entry on.
 
     Parameters: roots: by the numbers of entries over which they are asked for; they are put in.
-    Returns: the head, or None if the head is not valid.
+    Returns: the hash of each record's newest version.
     """
     last, tree, later = 0, Tree(), log.alias("later")
+    newest, ended = dict[str, str](), set[str]()
     gone = select(later.c.seq).where(later.c.subject == log.c.subject, later.c.action == ERASE, later.c.seq > log.c.seq)
     query = select(log, badges.c.id.label("holder"), exists(gone).label("erased"))
     query = query.outerjoin(badges, badges.c.id == log.c.subject)
-    for row in tally.counted("entries", pages(connection, query, log.c.seq)):
+    for row in pages(connection, query, log.c.seq):
+        seen.entries += 1
         tree.add(leaf_of(row.hash))
         if tree.size in roots:
             roots[tree.size] = tree.root().hex()
         try:
             check_entry(row, last, ledger.authority)
         except Fault as fault:
-            tally.report(fault.code, fault.text, row.seq)
+            seen.report(Fault(fault.code, fault.text, row.seq))
         # Go on from this entry's own number, so that one fault gives only one finding.
         last = row.seq
-        _note_actor(row, tally)
-        tally.newest[row.subject] = row.record_sha256
+        if row.action == ERASE:
+            seen.erased += 1
+            ended.add(row.subject)
+        elif row.subject in ended:
+            text = f"log entry {row.seq} is about id {row.subject}, whose holder was erased before: it was issued again"
+            seen.report(Fault("erased_again", text, row.subject))
+        newest[row.subject] = row.record_sha256
         if row.action in ("enroll", "import") and row.holder is None and not row.erased:
             text = f"log entry {row.seq} enters id {row.subject}, but it has no record"
-            tally.report("record_missing", text, row.subject)
+            seen.report(Fault("record_missing", text, row.subject))
+        step(seen.entries)
     try:
-        return _check_end(ledger, connection, last, tree)
+        seen.head = str(_check_end(ledger, connection, last, tree))
     except Fault as fault:
-        tally.report(fault.code, fault.text)
-        return None
+        seen.report(fault)
+    return newest
 
 
 def _check_end(ledger: Ledger, connection: Connection, last: int, tree: Tree) -> Head:
@@ -186,34 +195,27 @@ def _check_end(ledger: Ledger, connection: Connection, last: int, tree: Tree) ->
     return head
 
 
-def _note_actor(row: AnyRow, tally: Tally) -> None:
-    """Count an entry for its actor, and note the person whom it erased, whom no later entry may be about."""
-    tally.counts["erased"] += row.action == ERASE
-    if row.action == ERASE:
-        tally.ended.add(row.subject)
-    elif row.subject in tally.ended:
-        text = f"log entry {row.seq} is about id {row.subject}, whose holder was erased before: it was issued again"
-        tally.report("erased_again", text, row.subject)
-    tally.actors[row.actor] += 1
-
-
-def _audit_records(ledger: Ledger, connection: Connection, tally: Tally) -> None:
+def _audit_records(
+    ledger: Ledger, connection: Connection, newest: Mapping[str, str], seen: Audit, step: Callable[[int], None]
+) -> None:
     """Check each record against its signature and its newest entry."""
     changed = select(func.count()).where(log.c.subject == badges.c.id, log.c.action.in_((REPLACED, REFINED)))
     query: AnySelect = select_records().add_columns(changed.scalar_subquery().label("changed"))
-    for row in tally.counted("records", pages(connection, query, badges.c.id)):
-        tally.counts["revoked"] += row.revoked_at is not None
+    for row in pages(connection, query, badges.c.id):
+        seen.records += 1
+        step(seen.entries + seen.records)
+        seen.revoked += row.revoked_at is not None
         try:
             record = record_of(row, ledger.authority)
         except Fault as fault:
-            tally.report(fault.code, fault.text, row.id)
+            seen.report(Fault(fault.code, fault.text, row.id))
             continue
-        if tally.newest.get(row.id) != row.newest:
+        if newest.get(row.id) != row.newest:
             text = f"the record of id {row.id} is not the version that the log has last, which an index hides"
-            tally.report("record_stale", text, row.id)
+            seen.report(Fault("record_stale", text, row.id))
         if (row.skeleton, row.folded) != (skeleton(record.name), folded_skeleton(record.name)):
             text = f"what the name of id {row.id} looks like was changed, so look-alikes of it are not found"
-            tally.report("record_skeleton", text, row.id)
+            seen.report(Fault("record_skeleton", text, row.id))
         if (kept := len(record.earlier_figures)) < row.changed:
             text = f"of id {row.id} {kept} earlier sets of measured figures are on record, and {row.changed} were"
-            tally.report("figures_missing", text, row.id)
+            seen.report(Fault("figures_missing", text, row.id))

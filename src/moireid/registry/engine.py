@@ -166,14 +166,11 @@ def connect(url: URL, *, create: bool = False) -> Engine:
             f"registry {shown} needs the Python package {error.name!r}, which is not installed; install it, "
             "or give an SQLite URL such as sqlite:///people.sqlite3"
         ) from error
-    except SAWarning as error:
+    except (ArgumentError, SAWarning, TypeError, ValueError) as error:
+        # The value of an option may be a password, and so be in the error's text.
+        why = f"one of its options {', '.join(url.query)} is wrong" if url.query else _first_line(error)
         raise RegistryError(
-            f"registry {shown} is given options ({', '.join(url.query)}) of which its driver does not know all; "
-            "leave the wrong ones out"
-        ) from error
-    except (ArgumentError, TypeError, ValueError) as error:
-        raise RegistryError(
-            f"registry {shown} cannot be opened ({_first_line(error)}); give a URL such as sqlite:///people.sqlite3"
+            f"registry {shown} cannot be opened ({why}); give a URL such as sqlite:///people.sqlite3"
         ) from error
     if url.get_backend_name() == "sqlite":
         event.listen(engine, "begin", _begin_in_sqlite)

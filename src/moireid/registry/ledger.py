@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from copy import copy
 from dataclasses import replace
 
-from sqlalchemy import Connection, Engine, delete, insert, select, update
+from sqlalchemy import Connection, Engine, insert, select, update
 from sqlalchemy.engine import URL
 
 from moireid.errors import RegistryError
@@ -249,29 +249,16 @@ class Ledger:
         self._keep(state)
 
     @contextmanager
-    def clearing(self, successor: Authority) -> Iterator[Connection]:
-        """A transaction in which the tables are empty, so that another authority's content can be copied in.
-
-        Raises: RegistryError if the registry holds more than the first entry of its log.
-        """
+    def filling(self, authority: Authority) -> Iterator[Connection]:
+        """A transaction in which an authority's content is copied into a registry that awaits one."""
         after = copy(self)
-        after.adopt(successor.public_hex)
+        after.adopt(authority.public_hex)
         with self.reported(), writing(self.engine) as connection:
-            row = connection.execute(select(schema.authority).with_for_update()).first()
-            own = self._authority.public_hex if self._authority else None
-            if (row.public_key if row else None) != own:
+            if connection.execute(select(schema.authority)).first() is not None:
                 raise self._other_authority()
-            last = connection.execute(schema.last_entry()).first()
-            if (last is not None and last.seq > 1) or connection.execute(select(schema.badges.c.id).limit(1)).first():
-                raise RegistryError(
-                    f"registry {self.shown} holds records of authority {self.authority.fingerprint}, and this export "
-                    f"is of {successor.fingerprint}; import it into an empty registry"
-                )
-            for table in (schema.authority, schema.log, schema.badges):
-                connection.execute(delete(table))
             yield connection
             state = after._state(connection)
-        self.adopt(successor.public_hex)
+        self.adopt(authority.public_hex)
         self._keep(state)
 
     def _other_authority(self) -> RegistryError:

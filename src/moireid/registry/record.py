@@ -189,11 +189,14 @@ class Record:
 
 
 class Fault(Exception):
-    """Why a stored record or log entry is not valid: `code` for programs, `text` for people."""
+    """Why a stored record or log entry is not valid: `code` for programs, `text` for people.
 
-    def __init__(self, code: str, text: str) -> None:
+    subject: the id or the log entry that it is about; None if it is about the whole registry, or not known.
+    """
+
+    def __init__(self, code: str, text: str, subject: object = None) -> None:
         super().__init__(text)
-        self.code, self.text = code, text
+        self.code, self.text, self.subject = code, text, None if subject is None else str(subject)
 
 
 def record_of(row: AnyRow, authority: Authority) -> Record:

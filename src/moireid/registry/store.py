@@ -26,7 +26,7 @@ from moireid.registry.ledger import Ledger, Transaction, open_ledger
 from moireid.registry.public_view import PublicView
 from moireid.registry.record import Record, new_record
 from moireid.registry.schema import badges, select_records
-from moireid.registry.transfer import Import, checked_copy, export, merge, sign_anew
+from moireid.registry.transfer import checked_copy, count, export, merge, sign_anew
 
 Progress = Callable[[int, int | None], None]
 
@@ -308,7 +308,7 @@ def _check_same(record: Record, holder: Record) -> None:
         )
 
 
-def import_registry(path: Path | str, url: str | None, *, actor: str | None = None, new_key: bool = False) -> Import:
+def import_registry(path: Path | str, url: str | None, *, actor: str | None = None, new_key: bool = False) -> int:
     """Take in an export, all of it or nothing, and make the registry if it is absent; the same again changes nothing.
 
     Parameters
@@ -324,8 +324,8 @@ def import_registry(path: Path | str, url: str | None, *, actor: str | None = No
 
     Returns
     -------
-    Import
-        How many records are new, changed and unchanged.
+    int
+        The number of records in the file.
 
     Raises
     ------
@@ -338,4 +338,5 @@ def import_registry(path: Path | str, url: str | None, *, actor: str | None = No
         checked_copy(Path(path)) as copy,
         open_registry(url, create=True, make_authority=new_key, actor=actor) as registry,
     ):
-        return (sign_anew if new_key else merge)(copy, registry._ledger, registry.actor)
+        (sign_anew if new_key else merge)(copy, registry._ledger, registry.actor)
+        return count(copy)

@@ -7,8 +7,8 @@ An import:
 1. The file is copied into a new registry in a temporary folder, and audited there.  If it was cut or changed, the
    import ends here, and nothing was written.
 2. It is merged in one transaction, in the first of these ways that fits:
-   - the registry has no authority, or nothing in it but its own first entry: it becomes a copy of the export, with the
-     export's authority and signatures.  Without the private key it can be read, and no more.
+   - the registry has no authority yet: it becomes a copy of the export, with the export's authority and signatures.
+     Without the private key it can be read, and no more.
    - the export's log is a part of the registry's: there is nothing to do.
    - the registry's log is a part of the export's: it becomes a copy, too.
    Else both have grown on their own, and one of them is a fork: nothing is imported.
@@ -23,7 +23,6 @@ from __future__ import annotations
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 
 from sqlalchemy import Connection, delete, func, insert, select
@@ -43,34 +42,12 @@ from moireid.registry.schema import authority, badges, log, pages, select_record
 COPIED = ((badges, badges.c.id), (log, log.c.seq), (authority, authority.c.one))
 
 
-@dataclass(frozen=True)
-class Import:
-    """The result of an import.
-
-    Attributes
-    ----------
-    added : int
-        Records that are new here.
-    changed : int
-        Records that were here and are changed.
-    unchanged : int
-        Records that were here already, without a difference.
-    erased : int
-        Records that were here, of people who were erased meanwhile.
-    """
-
-    added: int
-    changed: int
-    unchanged: int
-    erased: int = 0
-
-
 def export(ledger: Ledger, path: Path, *, overwrite: bool, progress: Callable[[int, int | None], None] | None) -> int:
     """What `Registry.export` does: one state of the registry, checked in the copy."""
     planned([path], overwrite=overwrite, kept=[sqlite_file(ledger.url)])
     # Badges can be printed from it.
     with whole_file(path, private=True) as temporary, ledger.reported(), _copied(ledger, temporary, progress) as copy:
-        return int(copy.rows(select(func.count()).select_from(badges))[0][0])
+        return count(copy)
 
 
 @contextmanager
@@ -121,28 +98,31 @@ def _copied(source: Ledger, path: Path, progress: Callable[[int, int | None], No
         copy.engine.dispose()
 
 
+def count(ledger: Ledger) -> int:
+    """The number of its records."""
+    return int(ledger.rows(select(func.count()).select_from(badges))[0][0])
+
+
 def _url_of(path: Path) -> URL:
     return URL.create("sqlite", database=str(path.absolute()))
 
 
-def merge(source: Ledger, target: Ledger, actor: str) -> Import:
+def merge(source: Ledger, target: Ledger, actor: str) -> None:
     """Take all that `source`, which is sound, holds into `target`, in one transaction; `actor` does it."""
-    done = _merged(source, target, actor)
-    if done.erased:
-        clean(target.engine)
-    return done
-
-
-def _merged(source: Ledger, target: Ledger, actor: str) -> Import:
     with source.snapshot() as there:
-        if not target.has_authority or target.authority.public_hex != source.authority.public_hex:
-            with target.clearing(source.authority) as here:
+        if not target.has_authority:
+            with target.filling(source.authority) as here:
                 _copy(there, here)
-            return Import(_count(there), 0, 0)
+            return
+        if target.authority.public_hex != source.authority.public_hex:
+            raise RegistryError(
+                f"registry {target.shown} is of authority {target.authority.fingerprint}, and this export is of "
+                f"{source.authority.fingerprint}; import it into an empty registry"
+            )
         with target.writing(actor, older=True) as transaction:
             theirs, ours, here = source.tree_in(there), transaction.tree, transaction.connection
             if ours.consistency(theirs.size, theirs.root) is not None:
-                return Import(0, 0, _count(there))
+                return
             if theirs.consistency(ours.size, ours.root) is None:
                 raise RegistryError(
                     f"registry {target.shown} holds log entries that this export lacks, and lacks others of it: one of "
@@ -150,16 +130,14 @@ def _merged(source: Ledger, target: Ledger, actor: str) -> Import:
                     "missing",
                     code="forked",
                 )
-            before, after = _signatures(here), _signatures(there)
             for table, _ in COPIED:
                 here.execute(delete(table))
             _copy(there, here)
-            common = before.keys() & after.keys()
-            changed = sum(before[one] != after[one] for one in common)
-            return Import(len(after) - len(common), changed, len(common) - changed, len(before) - len(common))
+    # Of people who were erased in the export nothing stays.
+    clean(target.engine)
 
 
-def sign_anew(source: Ledger, target: Ledger, actor: str) -> Import:
+def sign_anew(source: Ledger, target: Ledger, actor: str) -> None:
     """Enter all records of `source`, which is sound, into `target`, which is empty, under the key of that one.
 
     Raises: RegistryError if it is not empty, or its private key is not on this machine.
@@ -175,7 +153,6 @@ def sign_anew(source: Ledger, target: Ledger, actor: str) -> Import:
         # Their ids are not issued again here either.
         for erased in there.scalars(select(log.c.subject).where(log.c.action == ERASE)).all():
             transaction.log(ERASE, erased)
-        return Import(_count(there), 0, 0)
 
 
 def _copy(there: Connection, here: Connection) -> None:
@@ -183,12 +160,3 @@ def _copy(there: Connection, here: Connection) -> None:
     for table, key in COPIED:
         for rows in chunks(pages(there, select(table), key)):
             here.execute(insert(table), [dict(row._mapping) for row in rows])
-
-
-def _signatures(connection: Connection) -> dict[str, str]:
-    """The signature of each record, by its id."""
-    return {row.id: row.signature for row in connection.execute(select(badges.c.id, badges.c.signature))}
-
-
-def _count(connection: Connection) -> int:
-    return connection.scalar(select(func.count()).select_from(badges)) or 0

@@ -186,9 +186,7 @@ def _track(tracks: list[dict[str, Any]]) -> str:
 
 
 def _who(signer: dict[str, Any]) -> str:
-    certificate = signer["certificate"]
-    named = f", which a certificate by {certificate['issuer']} gives to {certificate['holder']}" if certificate else ""
-    key = f"key {signer['key_sha256'][:32]}… ({signer['algorithm']}){named}"
+    key = f"key {signer['key_sha256'][:32]}… ({signer['algorithm']})"
     what = " and ".join(EXPECTED[name] for name in signer["expected_by"])
     return f"{key}; it is {'' if signer['expected'] else 'not '}{what}"
 

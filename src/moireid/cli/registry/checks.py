@@ -80,8 +80,6 @@ def registry_audit(
             f"{seen.records} badges, {seen.revoked} revoked, {seen.entries} entries, authority {seen.fingerprint}"
             + (f", {seen.erased} erased" if seen.erased else "")
         )
-        for name, entries in sorted(seen.actors.items(), key=lambda pair: -pair[1])[:SHOWN]:
-            echo(f"  {entries} entries by {name}")
         for finding in seen.findings[:SHOWN]:
             echo(f"  ✗ {finding.text}")
         if seen.found > SHOWN:

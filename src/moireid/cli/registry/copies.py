@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -61,7 +60,7 @@ def registry_import(path: Path, new_key: bool, actor: str | None, registry_url: 
     """
     from moireid.registry import import_registry, open_registry
 
-    done = import_registry(path, registry_url, actor=actor, new_key=new_key)
+    count = import_registry(path, registry_url, actor=actor, new_key=new_key)
     with open_registry(registry_url, create=False) as registry:
         try:
             registry.check_head()
@@ -69,11 +68,8 @@ def registry_import(path: Path, new_key: bool, actor: str | None, registry_url: 
             # Of an older state than was seen, which every reader refuses.
             say(f"note: {error}")
         if as_json:
-            show_json(asdict(done) | {"registry": registry.shown_url, "fingerprint": registry.fingerprint})
+            show_json({"registry": registry.shown_url, "badges": count, "fingerprint": registry.fingerprint})
             return
-        echo(
-            f"{registry.shown_url}: {done.added} badges are new, {done.changed} changed, {done.unchanged} as before"
-            + (f", {done.erased} erased" if done.erased else "")
-        )
+        echo(f"{registry.shown_url} holds the {count} badges of {path}")
         if registry.key_here is None:
             echo("it can only be read here: the authority's private key is not on this machine")

@@ -20,11 +20,11 @@ from moireid.cli.common import (
     friendly,
     json_option,
     registry_option,
-    report_remembered,
     say,
     show_json,
 )
 from moireid.errors import SpecError
+from moireid.provenance import FORGETFUL
 
 if TYPE_CHECKING:
     from moireid.registry import Registry
@@ -56,7 +56,8 @@ def registry_command(
                 try:
                     function(registry, **given)
                 finally:
-                    report_remembered(registry.remembered)
+                    if not registry.remembered:
+                        say(f"note: {FORGETFUL}")
 
         command = registry_group.command(name)(friendly(run))
         shared: list[Callable[[click.Command], click.Command]] = [registry_option, *options, json_option]
@@ -152,12 +153,12 @@ def registry_forget(fingerprint: str, as_json: bool) -> None:
     gone = forget(wanted)
     if as_json:
         show_json({"fingerprint": wanted, "forgotten": gone, "seen": None if last is None else str(last)})
-        return
-    echo(f"what was seen of authority {wanted} is forgotten" if gone else f"authority {wanted} was never seen")
-    if last is not None:
+    elif last is None:
+        echo(f"authority {wanted} was never seen")
+    else:
         echo(
-            f"{last.seq} entries of it were seen, the last one {str(last)[:24]}…; what an older state lacks of them is "
-            "lost, above all each revocation: enter it again"
+            f"what was seen of authority {wanted}, {last.seq} entries, is forgotten; what an older state lacks of them "
+            "is lost, above all each revocation: enter it again"
         )
 
 

@@ -85,7 +85,6 @@ class AuditSummary(BaseModel):
     revoked: int
     erased: int = Field(description="People who were erased on their wish.")
     entries: int
-    actors: dict[str, int] = Field(description="Who did how many of the entries.")
     head: str | None
     findings: list[Finding]
     found: int
