@@ -107,7 +107,7 @@ def _badge(work: Path, name: str, wish: str) -> None:
 
 
 def _worn(work: Path) -> None:
-    """A badge in each template side by side, and one that moves."""
+    """A badge in each template side by side."""
     (work / "logo.svg").write_text(LOGO, encoding="utf-8")
     _face().save(work / "face.png")
     shown = []
@@ -132,7 +132,6 @@ def _worn(work: Path) -> None:
         for k, one in enumerate(row):
             sheet.paste(one, (sum(before.width + 14 for before in row[:k]), number * 344))
     sheet.quantize(128).save(OUT / "templates.png", optimize=True)
-    shutil.copyfile(work / "worn-conference" / "preview.webp", OUT / "worn.webp")
 
 
 def _face() -> Image.Image:

@@ -35,7 +35,7 @@ def test_the_badge_and_its_page_are_those_of_the_command(wish: dict[str, str], t
     assert done.exit_code == 0, done.output
     assert printed.files.keys() == {path.name for path in (tmp_path / "theirs").iterdir()}
     assert mo.load_badge(printed.files["badge.json"]) == badge == mo.load_badge(tmp_path / "theirs" / "badge.json")
-    for name in ("preview.png", "preview.webp"):
+    for name in ("preview.png", "fringes.webp"):
         assert printed.files[name].read_bytes() == (tmp_path / "theirs" / name).read_bytes(), name
 
 

@@ -70,7 +70,6 @@ def test_every_promised_file_is_there(folder: tuple[Path, package.PrintResult, l
         "badge.json",
         "badge.pdf",
         "preview.png",
-        "preview.webp",
         "fringes.webp",
         "assembly.pdf",
         "mount.step",

@@ -116,7 +116,6 @@ def test_the_command_makes_folders_summary_and_records(tmp_path, monkeypatch):
                 "badge.pdf",
                 "badge.json",
                 "preview.png",
-                "preview.webp",
             }
     # One sheet shows all how to build theirs, and bears no one's name.
     guide = pdfium.PdfDocument(tmp_path / "event" / "assembly.pdf")

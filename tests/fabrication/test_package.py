@@ -15,7 +15,7 @@ from click.testing import CliRunner, Result
 from moireid.cli.main import moireid
 from moireid.fabrication import package
 
-SHEETS = {"badge.json", "badge.pdf", "preview.png", "preview.webp", "fringes.webp", "assembly.pdf"}
+SHEETS = {"badge.json", "badge.pdf", "preview.png", "fringes.webp", "assembly.pdf"}
 
 
 def run(*arguments: str | Path) -> Result:

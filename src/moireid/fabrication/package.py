@@ -19,7 +19,7 @@ from moireid.fabrication.assembly.guide import write_assembly_pdf
 from moireid.fabrication.assembly.moving_looks import write_looks
 from moireid.fabrication.mount_parts import PART_FILES, Parts, plan_parts, shape_parts, write_parts
 from moireid.fabrication.page.pdf import write_badge_pdf
-from moireid.fabrication.page.preview import write_moving_board, write_preview
+from moireid.fabrication.page.preview import write_preview
 from moireid.fabrication.process_figures import MountFigures
 from moireid.files import AnyPath, as_path, move_together, planned, tidy_folders, write_text
 
@@ -27,10 +27,10 @@ if TYPE_CHECKING:
     from PIL import Image
 
 
-#: The moving preview; and how fringes look and run, right and wrong.
-MOVING, LOOKS = "preview.webp", "fringes.webp"
+#: How fringes look and run, right and wrong.
+LOOKS = "fringes.webp"
 BADGE_JSON = "badge.json"
-_SHEETS, ASSEMBLY = ("badge.pdf", "preview.png", MOVING), "assembly.pdf"
+_SHEETS, ASSEMBLY = ("badge.pdf", "preview.png"), "assembly.pdf"
 
 
 @dataclass(frozen=True)
@@ -210,8 +210,6 @@ def write_sheets(
     write_badge_pdf(badge, folder / "badge.pdf", measured_scale=measured_scale)
     say("preview.png")
     preview = write_preview(badge, folder / "preview.png")
-    say(MOVING)
-    write_moving_board(badge, folder / MOVING, preview)
     write_text(folder / BADGE_JSON, badge_file(badge))
     return preview
 

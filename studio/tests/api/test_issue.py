@@ -151,8 +151,7 @@ def test_issuing_makes_one_archive_and_the_record_together(visit: Visit) -> None
     badge_id = outcome["result"]["id"]
     top = f"badge-{badge_id}/"
     assert sorted(files) == [
-        top + name
-        for name in ("assembly.pdf", "badge.json", "badge.pdf", "fringes.webp", "preview.png", "preview.webp")
+        top + name for name in ("assembly.pdf", "badge.json", "badge.pdf", "fringes.webp", "preview.png")
     ]
     record = visit.studio.registry.by_id(badge_id)
     assert record is not None and record.badge == badge_from_json(files[top + "badge.json"].decode())

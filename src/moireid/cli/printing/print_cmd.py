@@ -81,9 +81,8 @@ def print_command(
 
     print-your-badge and moireid print are the same program.
 
-    The folder gets badge.pdf (the page to print at 100 %), preview.png and preview.webp (the badge as worn; the second
-    moves), fringes.webp (how fringes run, right and wrong), assembly.pdf (how to build it), the files of a mount, and
-    badge.json, which the other commands read.
+    The folder gets badge.pdf (the page to print at 100 %), preview.png, fringes.webp (how fringes run, right and
+    wrong), assembly.pdf (how to build it), the files of a mount, and badge.json, which the other commands read.
 
     The identity is a random number, so the same name printed twice gives two different badges: keep the folder, as
     badge.json is the only copy, and print the same badge another time by --again. The identity has 128 bits if badge

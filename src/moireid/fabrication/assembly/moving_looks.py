@@ -14,7 +14,7 @@ from PIL import Image, ImageDraw, ImageFont
 from moireid.badge import Badge
 from moireid.fabrication.assembly.sketches import GOOD, LEANING, MIRRORED, WIDE, fringe_pictures
 from moireid.fabrication.page.canvas import font_file
-from moireid.fabrication.page.preview import SWING, view_mm, write_moving
+from moireid.fabrication.page.preview import view_mm, write_moving
 
 LOOKS = (
     ("right", GOOD),
@@ -25,6 +25,8 @@ LOOKS = (
 #: Width of a picture, white around it, height of a caption and of the head's strip, px.
 WIDE_PX, GAP_PX, CAPTION_PX, HEAD_PX = 240, 14, 20, 40
 PAPER, INK, FRAMES, FRAME_MS = 250, 28, 12, 130
+#: How far a head swings to each side, over its distance.
+SWING = 0.22
 
 
 def write_looks(badge: Badge, path: Path) -> None:

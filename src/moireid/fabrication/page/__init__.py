@@ -9,7 +9,7 @@ pitch_bands.py  the bands outside the trim that show a sheet's pitch
 sheet_layout.py  where many boards lie on sheets, and how many pages these are
 smooth_page.py  lines that bend, as stairs of dots or as outlines
 marks.py       what a board shows besides its lines, as one list: markers, words, pictures, QR code; its two writers
-preview.py     preview.png, the board as a camera 1 m away sees it; preview.webp, which moves
+preview.py     preview.png, the board as a camera sees it
 chart_page.py  the pitch test sheet
 camera_page.py  the chart that a camera is calibrated with
 """

@@ -1,8 +1,8 @@
-"""preview.png: the board under its lens sheet, as a camera sees it straight on; preview.webp: it moves.
+"""preview.png: the board under its lens sheet, as a camera sees it straight on; and pictures that move.
 
-preview.webp shows the board while a camera passes from side to side.
-
-Convention: the camera is `view_mm` away, where the badge is used, and swings to each side by `SWING`, a share of that.
+Convention: the camera is in front of the board's middle, `view_mm` away, where the badge is used; the axis of one lens
+    is on the middle.
+Source: `lenticule.trace_mm`, or `optics.slab_shift_mm` for a mask.
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image, ImageDraw
+from PIL import Image
 
-from moireid.badge import Badge, Cell, Grating, Lens, Rect
+from moireid.badge import Badge, Grating, Lens, Rect
 from moireid.fabrication.page.marks import INK, PAPER, look_of, marks, paint_marks
 from moireid.files import whole_file
 from moireid.frames import own_rect
@@ -52,67 +52,45 @@ def write_preview(badge: Badge, path: Path) -> Image.Image:
 
 def draw_preview(badge: Badge) -> Image.Image:
     """The board, `PX_PER_MM` pixels to the millimetre: grey with name and id, or in colour with its artwork."""
-    (picture,) = draw_fringes(badge)
+    x0, y0, x1, y1 = badge.outline_mm
+    fringes = np.full((round((y1 - y0) * PX_PER_MM), round((x1 - x0) * PX_PER_MM)), PAPER, np.uint8)
+    for grating in badge.gratings:
+        _draw_grating(fringes, badge, grating)
+    picture = Image.fromarray(fringes)
     if look_of(badge) is not None:
         picture = picture.convert("RGB")
     paint_marks(picture, marks(badge), badge.outline_mm[:2], PX_PER_MM)
     return picture
 
 
-def draw_fringes(
-    badge: Badge, asides_mm: Sequence[tuple[float, float]] = ((0.0, 0.0),), px_per_mm: float = PX_PER_MM
-) -> list[Image.Image]:
-    """Fringes alone, grey, a picture for each place of the camera.
-
-    Parameters: asides_mm: the camera's x and y from the point in front of the board's middle.
-    """
-    board = badge.outline_mm
-    size = [round((board[2 + k] - board[k]) * px_per_mm) for k in (0, 1)]
-    pictures = np.full((len(asides_mm), size[1], size[0]), PAPER, np.uint8)
-    for grating in badge.gratings:
-        _draw_grating(pictures, badge, grating, asides_mm, px_per_mm)
-    return [Image.fromarray(picture) for picture in pictures]
-
-
-def _draw_grating(
-    pictures: NDArray[np.uint8],
-    badge: Badge,
-    grating: Grating,
-    asides_mm: Sequence[tuple[float, float]],
-    px_per_mm: float,
-) -> None:
+def _draw_grating(picture: NDArray[np.uint8], badge: Badge, grating: Grating) -> None:
     """Draw one grating's fringes: each pixel whose middle lies in a cell takes that cell's brightness there."""
-    frame, board = badge.frame_of(grating), badge.outline_mm
+    frame, board, lens = badge.frame_of(grating), badge.outline_mm, badge.lens
     middle = float(frame.places(((board[0] + board[2]) / 2, (board[1] + board[3]) / 2))[0])
-    asides = [float(frame.directions(aside_mm)[0]) for aside_mm in asides_mm]
-    away_mm = view_mm(badge)
     parts = (replace(grating.cells[0], rect_mm=grating.rect_mm),) if is_smooth(grating) else grating.cells
     for cell in parts:
         own = own_rect(grating.axis, cell.rect_mm)
-        within, first, second = _pixels_within(badge, grating, own, px_per_mm)
-        pixels = math.ceil((own[2] - own[0]) * px_per_mm)
+        within, first, second = _pixels_within(badge, grating, own)
+        pixels = math.ceil((own[2] - own[0]) * PX_PER_MM)
         sample = ((first - own[0]) / (own[2] - own[0]) * pixels).astype(np.int32)
+        axes, rays = _landed(lens, own[0], own[2], pixels, middle, view_mm(badge))
         if is_smooth(grating):
-            axes = _landed(badge.lens, own[0], own[2], pixels, middle, asides[0], away_mm)[0][:, 0]
-            lines = lines_over(badge.lens, grating, axes[sample], second)
-        for picture, aside in zip(pictures, asides, strict=True):
-            if is_smooth(grating):
-                rays = _landed(badge.lens, own[0], own[2], pixels, middle, aside, away_mm)[1]
-                rays = rays[:, SMOOTH_STEP // 2 :: SMOOTH_STEP].astype(np.float32)
-                seen = _open_share(badge.lens) * smooth_light(lines, grating, [ray[sample] for ray in rays.T])
-            else:
-                seen = fringe_profile(badge.lens, cell, own, pixels, middle, aside, away_mm)[sample]
-            picture[within] = INK + (PAPER - INK) * seen
+            lines = lines_over(lens, grating, axes[:, 0][sample], second)
+            few = rays[:, SMOOTH_STEP // 2 :: SMOOTH_STEP].astype(np.float32)
+            seen = smooth_light(lines, grating, [ray[sample] for ray in few.T])
+        else:
+            seen = ((axes + rays - cell.edge_mm) / cell.pitch_mm % 1.0 >= cell.duty).mean(axis=1)[sample]
+        picture[within] = INK + (PAPER - INK) * _open_share(lens) * seen
 
 
 def _pixels_within(
-    badge: Badge, grating: Grating, own: Rect, px_per_mm: float
+    badge: Badge, grating: Grating, own: Rect
 ) -> tuple[tuple[NDArray[np.int64], NDArray[np.int64]], Array, Array]:
     """Rows and columns of the pixels whose middles lie in a rectangle in own order; and their own places, mm."""
     frame, board = badge.frame_of(grating), badge.outline_mm
     around = frame.bounds_mm(own)
-    x0, y0, x1, y1 = (round((v - board[k % 2]) * px_per_mm) for k, v in enumerate(around))
-    x, y = ((np.arange(*ends) + 0.5) / px_per_mm + board[k] for k, ends in enumerate(((x0, x1), (y0, y1))))
+    x0, y0, x1, y1 = (round((v - board[k % 2]) * PX_PER_MM) for k, v in enumerate(around))
+    x, y = ((np.arange(*ends) + 0.5) / PX_PER_MM + board[k] for k, ends in enumerate(((x0, x1), (y0, y1))))
     first, second = (
         along * x + down * y[:, None] + origin
         for (along, down), origin in zip(frame.rows, frame.origin_mm, strict=True)
@@ -134,7 +112,7 @@ def lines_over(lens: Lens, grating: Grating, axes: Array, across: Array) -> tupl
 
 
 def smooth_light(lines: tuple[Array, Array], grating: Grating, rays: Sequence[Array]) -> Array:
-    """Share of a lens's rays that land between the lines of a smooth grating; the counterpart of `fringe_profile`.
+    """Share of a lens's rays that land between the lines of a smooth grating.
 
     Parameters: lines: as `lines_over`; rays: where each ray lands (...), from the axis, mm.
     """
@@ -148,32 +126,6 @@ def smooth_light(lines: tuple[Array, Array], grating: Grating, rays: Sequence[Ar
     return lit / len(rays)
 
 
-def fringe_profile(
-    lens: Lens, cell: Cell, own: Rect, pixels: int, middle: float, aside_mm: float, away_mm: float
-) -> NDArray[np.float64]:
-    """Brightness along the grating's axis, 0 to 1, of `pixels` samples; the mean over one lens's rays at each.
-
-    Parameters
-    ----------
-    own : Rect
-        The cell's rectangle in own order (`moireid.frames`), mm.
-    middle : float
-        The board's middle along the axis, mm.
-    aside_mm : float
-        How far the camera is to the side along the grating's axis, mm.
-    away_mm : float
-        How far the camera is from the board's plane, mm.
-
-    Notes
-    -----
-    Convention: the camera is in front of the board's middle; the axis of one lens is on the middle.
-    Source: `lenticule.trace_mm`, or `optics.slab_shift_mm` for a mask.
-    """
-    axes, landed = _landed(lens, own[0], own[2], pixels, middle, aside_mm, away_mm)
-    position = (axes + landed - cell.edge_mm) / cell.pitch_mm % 1.0
-    return _open_share(lens) * np.asarray((position >= cell.duty).mean(axis=1))
-
-
 def _open_share(lens: Lens) -> float:
     """Share of the light that a front lets through: of a mask, its openings."""
     return lens.open_fraction if lens.kind == "mask" and lens.open_fraction else 1.0
@@ -181,12 +133,12 @@ def _open_share(lens: Lens) -> float:
 
 @lru_cache(maxsize=64)
 def _landed(
-    lens: Lens, low: float, high: float, pixels: int, middle: float, aside_mm: float, away_mm: float
+    lens: Lens, low: float, high: float, pixels: int, middle: float, away_mm: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """The lens axis at each sample, (pixels, 1), and where its rays land from there; cells of one column share it."""
     places = low + (np.arange(pixels) + 0.5) / pixels * (high - low)
     axes = np.round((places - middle) / lens.pitch_mm) * lens.pitch_mm + middle
-    tangent = ((axes - middle - aside_mm) / away_mm)[:, None]
+    tangent = ((axes - middle) / away_mm)[:, None]
     return axes[:, None], rays_landed_mm(lens, tangent, RAYS)
 
 
@@ -202,16 +154,6 @@ def rays_landed_mm(lens: Lens, tangent: NDArray[np.float64], rays: int) -> NDArr
     return np.asarray(trace_mm(lens, across, tangent, np.zeros((1, 1)))[0])
 
 
-FRAMES, FRAME_MS, SWING = 16, 100, 0.22
-#: Longer side of the board in the moving picture, px.
-LONGER_PX = 360
-
-
-def write_moving_board(badge: Badge, path: Path, board: Image.Image | None = None) -> None:
-    """Draw the moving preview and write it as animated WebP, whole or not at all; board: as for `draw_moving_board`."""
-    write_moving(draw_moving_board(badge, board=board), path, frame_ms=FRAME_MS)
-
-
 def write_moving(frames: Sequence[Image.Image], path: Path, *, frame_ms: int) -> None:
     """Write pictures that follow each other without end as animated WebP without loss, whole or not at all."""
     # Pillow would else import all of its formats.
@@ -222,29 +164,3 @@ def write_moving(frames: Sequence[Image.Image], path: Path, *, frame_ms: int) ->
     how: dict[str, Any] = {"lossless": True, "method": 0, "quality": 0, "kmax": 0}
     with whole_file(path) as temporary:
         first.save(temporary, format="WEBP", save_all=True, append_images=others, loop=0, duration=frame_ms, **how)
-
-
-def draw_moving_board(badge: Badge, frames: int = FRAMES, board: Image.Image | None = None) -> list[Image.Image]:
-    """One swing of the camera to both sides and back, in colour; board: as `draw_preview` drew it, None to draw it."""
-    whole = (board or draw_preview(badge)).convert("RGB")
-    scale = min(1.0, LONGER_PX / max(whole.size))
-    size = (round(whole.width * scale), round(whole.height * scale))
-    px_per_mm = PX_PER_MM * scale
-    fields = _fields(badge, size, px_per_mm)
-    still = whole.resize(size, Image.Resampling.LANCZOS)
-    swing = [round(SWING * view_mm(badge) * math.sin(2 * math.pi * k / frames), 6) for k in range(frames)]
-    # On the way back the camera passes the same places.
-    asides, shown = list(dict.fromkeys(swing)), {}
-    for aside, picture in zip(asides, draw_fringes(badge, [(x, x) for x in asides], px_per_mm), strict=True):
-        shown[aside] = Image.composite(picture.convert("RGB").resize(size), still, fields)
-    return [shown[aside] for aside in swing]
-
-
-def _fields(badge: Badge, size: tuple[int, int], px_per_mm: float) -> Image.Image:
-    """Where the fringes are in a picture of the board: 255 within its gratings, turned ones too."""
-    x0, y0, _, _ = badge.outline_mm
-    fields = Image.new("L", size, 0)
-    for grating in badge.gratings:
-        corners = (badge.corners_of(grating) - (x0, y0)) * px_per_mm
-        ImageDraw.Draw(fields).polygon([(x, y) for x, y in corners.tolist()], fill=255)
-    return fields

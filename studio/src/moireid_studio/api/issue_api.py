@@ -11,7 +11,6 @@ from fastapi.concurrency import run_in_threadpool
 from fastapi.responses import FileResponse, Response
 from pydantic import BaseModel, Field
 
-from moireid.fabrication.package import MOVING
 from moireid_studio.api.films import JobId, JobStatus, add_job_routes, status_of
 from moireid_studio.api.schema import form, picture_form
 from moireid_studio.auth.guard import Visitor, require
@@ -27,7 +26,7 @@ router = APIRouter(prefix="/api/badges", route_class=ShortRoute, responses=probl
 Issuer = Annotated[Visitor, require("issuer")]
 BadgeId = Annotated[str, Path(pattern="^[0-9a-fA-F]{4,64}$", description="A badge's identity, hex digits.")]
 KINDS = ("badge", "event", "capture")
-FILES = {"assembly.pdf": "application/pdf", "mount.glb": "model/gltf-binary"}
+FILES = {"assembly.pdf": "application/pdf", "mount.glb": "model/gltf-binary", "preview.png": "image/png"}
 
 
 class LinkPoint(BaseModel):
@@ -163,24 +162,14 @@ def package(request: Request, job_id: JobId, visitor: Issuer) -> FileResponse:
 
 
 @router.get(
-    "/jobs/{job_id}/preview.webp",
-    responses=problem_responses(404)
-    | {200: {"content": {"image/webp": {}}, "description": "the badge as worn, its fringes moving"}},
-    response_class=Response,
-)
-def preview(request: Request, job_id: JobId, visitor: Issuer) -> Response:
-    """The moving preview of the badge that a job has made."""
-    found = studio_of(request).jobs.find(job_id, visitor.id, "badge")
-    return Response(file_of(found, MOVING), media_type="image/webp")
-
-
-@router.get(
     "/jobs/{job_id}/{name}",
     responses=problem_responses(404) | {200: {"content": {kind: {} for kind in FILES.values()}}},
     response_class=Response,
 )
-def one_file(request: Request, job_id: JobId, visitor: Issuer, name: Literal["assembly.pdf", "mount.glb"]) -> Response:
-    """One of the files of a badge that a job has made: how it is built, or the parts of its mount in 3D."""
+def one_file(
+    request: Request, job_id: JobId, visitor: Issuer, name: Literal["assembly.pdf", "mount.glb", "preview.png"]
+) -> Response:
+    """One of the files of a badge that a job has made: how it is built or looks, or the parts of its mount in 3D."""
     found = studio_of(request).jobs.find(job_id, visitor.id, "badge")
     return Response(file_of(found, name), media_type=FILES[name])
 
