@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import shlex
+import textwrap
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -129,7 +129,7 @@ def _keep_printer(folder: BuildFolder, *, overwrite: bool) -> None:
     if path.exists() and load_printer_profile(path).found == printer.found:
         return
     kept = keep_printer(printer, name, overwrite=overwrite)
-    say(f"note: print-your-badge --printer {shlex.quote(name)} draws for {kept.words}")
+    say(f"note: print-your-badge --printer {kept.words}")
 
 
 def _check_record(record: Path | None, *, with_badge: bool, note: str) -> None:
@@ -206,7 +206,7 @@ def _show(made: Advance, page: Path, record: Path | None, *, as_json: bool) -> N
         say(f"note: {note}")
     for figure in figures:
         mark = {"good": " ", "look": "!", "unknown": "?"}[figure.state]
-        echo(f" {mark} {figure.name:<20} {shown_value(figure)}")
+        echo(f" {mark} {figure.name:<24} {shown_value(figure)}")
     if figures:
         echo("")
     if made.refused is not None:
@@ -216,6 +216,8 @@ def _show(made: Advance, page: Path, record: Path | None, *, as_json: bool) -> N
     for number, sentence in enumerate(made.ask, 1):
         # A command is copied, so it is one line.
         wide = len(sentence) + 10 if sentence.startswith("moireid ") else 100
-        echo_lines(click.wrap_text(sentence, wide, f"  {number}. ", "     "))
+        # A path with a hyphen stays whole, too.
+        whole = textwrap.TextWrapper(wide, f"  {number}. ", "     ", break_on_hyphens=False, break_long_words=False)
+        echo_lines(whole.fill(sentence))
     echo()
     echo(f"The whole report: {page}")
