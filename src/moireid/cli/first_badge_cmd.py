@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import shlex
+import textwrap
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -109,7 +109,7 @@ def _keep_printer(folder: BuildFolder, *, overwrite: bool) -> None:
     if path.exists() and load_printer_profile(path).found == printer.found:
         return
     kept = keep_printer(printer, name, overwrite=overwrite)
-    say(f"note: print-your-badge --printer {shlex.quote(name)} draws for {kept.words}")
+    say(f"note: print-your-badge --printer {kept.words}")
 
 
 def _read(wished: dict[str, Any]) -> dict[str, Any]:
@@ -164,4 +164,6 @@ def _show(made: Advance, *, as_json: bool) -> None:
     for number, sentence in enumerate(made.ask, 1):
         # A command is copied, so it is one line.
         wide = len(sentence) + 10 if sentence.startswith("moireid ") else 100
-        echo_lines(click.wrap_text(sentence, wide, f"  {number}. ", "     "))
+        # A path with a hyphen stays whole, too.
+        whole = textwrap.TextWrapper(wide, f"  {number}. ", "     ", break_on_hyphens=False, break_long_words=False)
+        echo_lines(whole.fill(sentence))

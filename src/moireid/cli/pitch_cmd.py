@@ -169,11 +169,7 @@ def calibrate_command(
     are smaller, above all before wide lenses and in short films.
     """
     if camera:
-        given: dict[str, object] = {
-            "--chart": chart_json,
-            "--printer-out": printer_out,
-            "--distance": distance_m,
-        }
+        given: dict[str, object] = {"--chart": chart_json, "--printer-out": printer_out, "--distance": distance_m}
         given |= {"--focal-px": focal_px, "--measured-scale": scale_text}
         if wrong := [option for option, value in given.items() if value is not None]:
             raise SpecError(f"{wrong[0]} belongs to a lens sheet; leave it out with --camera")

@@ -26,8 +26,6 @@ FIELD_MM = 136.0
 #: Wide enough for the labels, and so narrow that crop marks keep clear of the scale bar at the paper's edge.
 BOARD_WIDTH_MM = 178.0
 MARKER_MM = 26.0
-#: From where a chart is read, m.
-READ_FROM_M = 1.0
 #: Lower bands are too narrow to be separated at 2 m (4 px); in higher ones a twisted sheet blurs the fringes.
 MIN_BAND_MM, MAX_BAND_MM = 5.0, 11.0
 #: Least dots of a line; a chart may be coarser than a badge, because its phases carry no code.
@@ -106,7 +104,8 @@ def design_chart(
         gratings=(replace(blank, cells=cells),),
         markers=_markers(board, nominal_lpi),
         board_mm=board,
-        range_m=(READ_FROM_M, READ_FROM_M),
+        # It is read from a metre.
+        range_m=(1.0, 1.0),
         print={
             "dpi": printer_dpi,
             "paper": paper,
