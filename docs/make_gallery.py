@@ -49,11 +49,9 @@ WORN = {
     "banner": '"Chien-Shiung Wu" --payload 84d1f06b92c37ae5 --line "Speaker"',
     "campus": '"Υπατία" --payload 3a91c05e77d2b846 --line "Φυσική" --line "Example University"',
     "minimal": '"ابن الهيثم" --payload 2b7e151628aed2a6 --line "مهندس"',
-    "stripes": '"आर्यभट" --payload c26e19d85b03f74a --line "संवाददाता"',
-    "gala": '"Maria Sibylla Merian" --payload 308628aabbccdd01 --line "Guest of honour"',
 }
 #: Those that show a portrait.
-WITH_PORTRAIT = ("newsroom", "plain", "campus", "stripes")
+WITH_PORTRAIT = ("newsroom", "plain", "campus")
 #: The logo that they wear.
 LOGO = (
     '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 216 60"><circle cx="30" cy="30" r="27" fill="#0f766e"/>'
@@ -127,7 +125,7 @@ def _worn(work: Path) -> None:
             small = picture.convert("RGB")
             small.thumbnail((STYLE_PX, STYLE_PX), Image.Resampling.LANCZOS)
             small.save(STYLES / f"style-{template}.webp", quality=70, method=6)
-    rows = [shown[:5], shown[5:]]
+    rows = [shown[:4], shown[4:]]
     wide = max(sum(one.width + 14 for one in row) - 14 for row in rows)
     sheet = Image.new("RGB", (wide, 330 * len(rows) + 14), "white")
     for number, row in enumerate(rows):

@@ -106,14 +106,3 @@ class BadgeHolder:
     def with_line(self) -> str:
         """The name and the line."""
         return name_with_line(self.name, self.line)
-
-
-@dataclass(frozen=True)
-class AuthorityKey:
-    """The key by which a registry's authority signs.
-
-    fingerprint: 32 hex digits; public_hex: an Ed25519 key, 64 hex digits.
-    """
-
-    fingerprint: str
-    public_hex: str

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -31,11 +30,10 @@ class Work:
 
 
 def steps_of(first: Work, second: Work, third: Work) -> tuple[BuildStep, ...]:
-    """Print something; read a film of it; print once; a film that may be left out is between."""
+    """Print something; read a film of it; print once."""
     ask = ("Put a film into {folder}, of {lens} on {paper}.",)
     return (
         BuildStep("first", "First", "", first, (), made=first.made),
-        BuildStep("extra", "Extra", "", Work("extra"), ask, needs=(("extra",),), optional=True),
         BuildStep("second", "Second", "", second, ask, needs=(("film", "photo"),), wishes=("thickness_mm",)),
         BuildStep("third", "Third", "", third, (), made=third.made, once=True),
     )
@@ -47,7 +45,7 @@ def works() -> tuple[Work, Work, Work]:
 
 
 def test_a_round_does_what_it_can_and_asks_for_the_rest(tmp_path: Path, works):
-    """Catches: a step that waits for a film and is done without it; one that may be left out and blocks; no advice."""
+    """Catches: a step that waits for a film and is done without it; no advice."""
     found = advance(open_folder(tmp_path), steps_of(*works))
     assert found.did == ("first",) and found.next_step.name == "second" and found.refused is None
     assert found.ask == [f"Put a film into {tmp_path}, of 62 lenses to the inch, about 0.69 mm thick on A4."]
@@ -55,17 +53,6 @@ def test_a_round_does_what_it_can_and_asks_for_the_rest(tmp_path: Path, works):
     found = advance(open_folder(tmp_path), steps_of(*works))
     assert found.did == ("second", "third") and found.next_step is None
     assert "moireid enroll" in found.ask[1]
-
-
-def test_a_file_that_may_be_left_out_never_stops_the_round(tmp_path: Path, works):
-    """Catches: a film of the camera chart that cannot be used and blocks the badge; one that is taken for done."""
-    works[1].refuse = "the chart is not seen"
-    steps = (replace(steps_of(*works)[1], do=works[1]), steps_of(*works)[3])
-    (tmp_path / "extra.mp4").write_text("one")
-    found = advance(open_folder(tmp_path), steps)
-    assert found.did == ("extra", "third") and found.next_step is None
-    assert found.folder.reading("extra").refused == "the chart is not seen"
-    assert advance(open_folder(tmp_path), steps).did == ()
 
 
 def test_nothing_is_read_twice_and_a_new_film_is_read_at_once(tmp_path: Path, works):
@@ -115,7 +102,7 @@ def test_the_command_begins_prints_and_asks(tmp_path: Path):
     found = json.loads(ran.stdout)
     assert found["next"]["name"] == "sheet" and found["did"] == ["charts"] and not found["done"]
     assert any("60 lenses to the inch" in sentence for sentence in found["ask"])
-    made = {"pitch-test.pdf", "pitch-test.json", "camera-chart.pdf", STATE}
+    made = {"pitch-test.pdf", "pitch-test.json", STATE}
     assert {path.name for path in folder.iterdir()} == made
     ran = CliRunner().invoke(moireid, ["first-badge", str(folder)])
     assert ran.exit_code == 0 and "Next: Photograph the pitch test" in ran.stdout

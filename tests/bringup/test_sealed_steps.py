@@ -14,11 +14,11 @@ from kit.film_taken_over import HostileOrder
 from moireid.bringup.bring_up import STEPS
 from moireid.bringup.build_folder import BuildFolder, open_folder
 from moireid.bringup.sealed_steps import do_sealed
-from moireid.errors import MediaError
+from moireid.errors import MediaError, SpecError
 from moireid.reading.film_reader import film_reader
 
 FILMS = next(step for step in STEPS if step.name == "films")
-CAMERA = next(step for step in STEPS if step.name == "camera")
+SHEET = next(step for step in STEPS if step.name == "sheet")
 
 
 @pytest.fixture
@@ -28,7 +28,7 @@ def folder(tmp_path: Path) -> BuildFolder:
     made.save()
     made.at("badge").mkdir()
     made.at("badge/badge.json").write_text("as it was printed")
-    for name in ("badge-film-1.mp4", "badge-film-2.mp4", "camera-film.mp4"):
+    for name in ("badge-film-1.mp4", "badge-film-2.mp4", "sheet-photo.jpg"):
         made.at(name).write_bytes(b"no film " + name.encode())
     return made
 
@@ -54,12 +54,12 @@ def test_only_what_a_step_makes_is_taken_over(folder: BuildFolder) -> None:
     """Catches: a film that rewrites the printed badge or the sheet; a file that no step makes; a link followed."""
 
     def write(aside: Path) -> None:
-        for name in ("badge/badge.json", "sheet.json", "law-1.svg", "as-built.json", "first-badge.json"):
+        for name in ("badge/badge.json", "law-1.svg", "as-built.json", "first-badge.json"):
             (aside / name).write_text("by the attacker")
-        (aside / "camera.yaml").symlink_to("/etc/passwd")
+        (aside / "printer.json").symlink_to("/etc/passwd")
 
     before = {path: path.read_bytes() for path in folder.path.rglob("*") if path.is_file()}
-    for step in (FILMS, CAMERA):
+    for step in (FILMS, SHEET):
         do_sealed(step, folder, None, taken_over(write))
     assert before.items() <= {path: path.read_bytes() for path in before}.items()
     new = {path.name for path in folder.path.rglob("*") if path.is_file()} - {path.name for path in before}
@@ -94,7 +94,7 @@ def test_a_step_s_process_reaches_no_other_file(folder: BuildFolder, tmp_path: P
         yield Stealing()
 
     with pytest.raises(MediaError, match="Permission denied"):
-        do_sealed(CAMERA, folder, None, stealing)
-    # The step itself is done there: this is no film, which is a result.
-    reading = do_sealed(CAMERA, folder, None, readers)
-    assert reading.refused is not None and "camera-film.mp4" in reading.refused and reading.figures
+        do_sealed(SHEET, folder, None, stealing)
+    # The step itself is done there, where there is no chart.
+    with pytest.raises(SpecError, match=r"/moireid-\w+/pitch-test\.json cannot be read"):
+        do_sealed(SHEET, folder, None, readers)

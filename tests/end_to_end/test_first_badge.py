@@ -61,7 +61,7 @@ def test_a_builder_is_led_to_a_badge_whose_figures_are_known(tmp_path: Path, mon
     assert done["did"] == ["films"] and done["done"] and done["refused"] is None
     assert call(folder)["did"] == []
     builders = {"sheet-photo.jpg", "badge-film-1.mp4", "badge-film-2.mp4"}
-    assert {path.name for path in folder.iterdir()} == {*OWN_FILES, STATE, *builders} - {"camera.yaml"}
+    assert {path.name for path in folder.iterdir()} == {*OWN_FILES, STATE, *builders}
 
     figures = {figure["name"]: figure for figure in done["figures"]}
     for name, value in {

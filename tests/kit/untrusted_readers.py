@@ -103,7 +103,6 @@ def read_bundle(path: Path) -> None:
     path.with_name("seen.sqlite3").unlink(missing_ok=True)
     with Bundle(path) as bundle:
         bundle.layouts()
-        bundle.authority_key()
         bundle.holder_of("010204")
         for claim in ("Ada", "Bo", "Cy"):
             bundle.claimed(claim)

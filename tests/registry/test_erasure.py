@@ -27,8 +27,8 @@ def erased(registry):
     registry.store_as_built(str(badge.id), '{"tilt_rad": 0.01}')
     registry.revoke(NAME, "Quux lost it")
     before = registry.checkpoint()[0]
-    done = registry.by("Bob").erase(NAME)
-    assert (done.subject, done.again, done.cleaned) == (badge.id, False, True)
+    entry, cleaned = registry.by("Bob").erase(NAME)
+    assert (entry.subject, entry.action, cleaned) == (badge.id, "erase", True)
     return registry, badge, before
 
 
@@ -125,8 +125,8 @@ def test_the_command_asks_for_yes_and_can_be_given_again(registry, url):
     assert refused.exit_code == 2 and "--yes" in refused.stderr and registry.count() == 1
     done = CliRunner().invoke(moireid, ["registry", "erase", NAME, "--yes", "--registry", url, "--json"])
     answer = json.loads(done.stdout)
-    assert (answer["subject"], answer["again"], answer["cleaned"]) == (badge_id, False, True)
+    assert (answer["subject"], answer["cleaned"]) == (badge_id, True)
     again = CliRunner().invoke(moireid, ["registry", "erase", badge_id, "--yes", "--registry", url, "--json"])
-    assert json.loads(again.stdout)["again"] and registry.audit().erased == 1
+    assert json.loads(again.stdout) == answer and registry.audit().erased == 1
     audit = CliRunner().invoke(moireid, ["registry", "audit", "--registry", url])
     assert audit.exit_code == 0 and "1 erased" in audit.stdout

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -32,42 +32,51 @@ if TYPE_CHECKING:
 LookUp = Callable[[Mapping[str, Any]], Circumstances]
 #: What is asked of a film, and how its report is looked up where the claim was.
 ClaimContext = tuple[Question, LookUp]
-
-
-@dataclass(frozen=True)
-class AskingTerms:
-    """How a registry or bundle is asked.
-
-    trust: the fingerprint of the one authority that counts; note: takes what a user should know of it; require: raises
-    an error where more is asked of a registry or bundle than holds.
-    """
-
-    trust: str | None
-    note: Callable[[Standing], object]
-    require: Callable[[Registry | Bundle], object] | None = None
+#: Raises an error where a registry or bundle does not hold what is asked of it.
+Require = Callable[["Registry | Bundle"], object]
 
 
 @contextmanager
-def asked(registry: Place, bundle: AnyPath | None, terms: AskingTerms) -> Iterator[tuple[Registry | Bundle, Standing]]:
-    """A registry or a bundle of one, open, that holds what the terms ask.  Raises: SpecError where both are given."""
+def asked(
+    registry: Place,
+    bundle: AnyPath | None,
+    trust: str | None,
+    note: Callable[[Standing], object],
+    require: Require | None = None,
+) -> Iterator[tuple[Registry | Bundle, Standing]]:
+    """A registry or a bundle of one, open.
+
+    Parameters: trust: the fingerprint of the one authority that counts; note: takes what a user should know of it;
+        require: raises an error where more is asked of a registry or bundle than holds.
+    Raises: SpecError where both are given.
+    """
     from moireid.api.places import opened
     from moireid.registry.bundle.held import Bundle
 
     if bundle is not None and registry is not None:
         raise SpecError("bundle= replaces registry=; leave one of them out")
-    with opened(registry) if bundle is None else Bundle(as_path(bundle), terms.trust) as held:
-        standing = held.standing if isinstance(held, Bundle) else held.standing(terms.trust)
-        terms.note(standing)
-        if terms.require is not None:
-            terms.require(held)
+    with opened(registry) if bundle is None else Bundle(as_path(bundle), trust) as held:
+        standing = held.standing if isinstance(held, Bundle) else held.standing(trust)
+        note(standing)
+        if require is not None:
+            require(held)
         yield held, standing
 
 
 @contextmanager
 def claim_context(
-    claim: str | None, badge: Badge | AnyPath | None, registry: Place, bundle: AnyPath | None, terms: AskingTerms
+    claim: str | None,
+    badge: Badge | AnyPath | None,
+    registry: Place,
+    bundle: AnyPath | None,
+    trust: str | None,
+    note: Callable[[Standing], object],
+    require: Require | None = None,
 ) -> Iterator[ClaimContext]:
-    """Where a claimed badge is looked up.  Raises: SpecError unless there is one claim and one place."""
+    """Where a claimed badge is looked up; trust, note, require: as `asked`.
+
+    Raises: SpecError unless there is one claim and one place.
+    """
     if bundle is not None and (registry is not None or claim is None):
         raise SpecError("bundle= replaces registry=, and needs claim=; leave the other one out")
     if (claim is None) == (badge is None):
@@ -77,8 +86,8 @@ def claim_context(
         # What it wears is of no use to the process that reads the film.
         own = replace(badge, look=None) if isinstance(badge, Badge) else load_badge(badge)
     if own is not None and registry is None:
-        if terms.trust is not None or terms.require is not None:
-            name = "trust=" if terms.trust is not None else "witness_keys="
+        if trust is not None or require is not None:
+            name = "trust=" if trust is not None else "witness_keys="
             raise SpecError(
                 f"{name} is of a registry, and none is asked with badge= alone; add registry=, or leave it out"
             )
@@ -87,7 +96,7 @@ def claim_context(
     from moireid.registry import claimed_by_file
     from moireid.registry.bundle.held import Bundle
 
-    with asked(registry, bundle, terms) as (held, standing):
+    with asked(registry, bundle, trust, note, require) as (held, standing):
         if own is not None and not isinstance(held, Bundle):
             found = claimed_by_file(held, own)
         else:
@@ -108,40 +117,31 @@ def claim_context(
         yield replace(found, provenance=replace(found.provenance, standing=standing)), look_up
 
 
-@dataclass(frozen=True)
-class SearchScope:
-    """A registry or a bundle whose people may be found in a film."""
+def search(
+    held: Registry | Bundle,
+    standing: Standing,
+    film: Path,
+    camera: KnownCamera | None,
+    track: int | None,
+    reader: Reader,
+    progress: Progress,
+) -> tuple[dict[str, Any], Circumstances]:
+    """Whose badge of a registry or a bundle a film shows, as JSON, and how it was looked up.
 
-    held: Registry | Bundle
-    standing: Standing
-
-    def search(
-        self, film: Path, camera: KnownCamera | None, track: int | None, reader: Reader, progress: Progress
-    ) -> tuple[dict[str, Any], Circumstances]:
-        """What a film shows of them, as JSON, and how it was looked up.  Raises: MoireIdError as `identified_film`."""
-        from moireid.reading.film_reports import identified_film
-        from moireid.verifier.session.claim import with_badge_notes
-
-        people = people_in(self.held)
-        outcome = identified_film(film, self.held.layouts(), camera, track, reader, progress, people)
-        found_id = outcome["found_id"]
-        document = outcome | {"found_name": people.name(found_id), "registry": self.standing.to_json()}
-        if found_id is not None:
-            document = with_badge_notes(document, measured=_claimed(self.held, found_id).as_built is not None)
-        read = read_id(document)
-        holder = people.holder(read) if isinstance(read, str) else None
-        known = Circumstances(datetime.now(UTC), read=holder, standing=self.standing, registry=_name(self.held))
-        return document, known
-
-
-@contextmanager
-def people_scope(registry: Place, bundle: AnyPath | None, terms: AskingTerms) -> Iterator[SearchScope]:
-    """Everyone in a registry, or in a bundle: there each identity that is read is tried on every seal.
-
-    Raises: SpecError where both are given.
+    Raises: MoireIdError as `identified_film`.
     """
-    with asked(registry, bundle, terms) as (held, standing):
-        yield SearchScope(held, standing)
+    from moireid.reading.film_reports import identified_film
+    from moireid.verifier.session.claim import with_badge_notes
+
+    people = people_in(held)
+    outcome = identified_film(film, held.layouts(), camera, track, reader, progress, people)
+    found_id = outcome["found_id"]
+    document = outcome | {"found_name": people.name(found_id), "registry": standing.to_json()}
+    if found_id is not None:
+        document = with_badge_notes(document, measured=_claimed(held, found_id).as_built is not None)
+    read = read_id(document)
+    holder = people.holder(read) if isinstance(read, str) else None
+    return document, Circumstances(datetime.now(UTC), read=holder, standing=standing, registry=_name(held))
 
 
 def _claimed(held: Registry | Bundle, claim: str) -> Question:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from moireid.api.asking import AskingTerms, claim_context, people_scope
+from moireid.api.asking import asked, claim_context, search
 from moireid.api.film_check import FilmCheck, judge
 from moireid.api.places import Place, warn_of
 from moireid.arguments import checked
@@ -106,7 +106,7 @@ def verify(
     Source: `moireid.verifier.verify`.
     """
     video, known = as_path(film), _camera(camera)
-    claimed = claim_context(claim, badge, registry, bundle, AskingTerms(trust, warn_of))
+    claimed = claim_context(claim, badge, registry, bundle, trust, warn_of)
     with film_reader([video], unsealed=unsealed) as reader, claimed as (found, look_up):
         question = replace(
             found,
@@ -161,10 +161,9 @@ def identify(
     Source: `moireid.verifier.identify`.
     """
     video = as_path(film)
-    known, terms = _camera(camera), AskingTerms(trust, warn_of)
-    people = people_scope(registry, bundle, terms)
-    with film_reader([video], unsealed=unsealed) as reader, people as scope:
-        return FilmCheck(*scope.search(video, known, track, reader, progress or _quiet), Pictures())
+    known, people = _camera(camera), asked(registry, bundle, trust, warn_of)
+    with film_reader([video], unsealed=unsealed) as reader, people as (held, standing):
+        return FilmCheck(*search(held, standing, video, known, track, reader, progress or _quiet), Pictures())
 
 
 def _camera(camera: KnownCamera | AnyPath | float | None) -> KnownCamera | None:

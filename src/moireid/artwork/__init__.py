@@ -9,7 +9,6 @@ colours.py   colours by name, and which letters can be read on them
 template.py  template files, read and checked
 templates/   the templates that come with the program
 clear.py     the parts of a board that must stay clear, and its free areas
-backgrounds.py  backgrounds and borders, which keep clear of what is read
 placing.py   template, badge and content → pieces with their places; notes about content that is not shown
 columns.py   the columns of a list of people that say how each badge looks
 """

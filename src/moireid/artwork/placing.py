@@ -8,7 +8,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from moireid.artwork.backgrounds import background_rects, border_rects
 from moireid.artwork.clear import BLEED_MM, LEAST_MM, areas_of, check_clear, overlap
 from moireid.artwork.colours import INK, PAPER, Colour, letters_on, readable, tint
 from moireid.artwork.content import Artwork, lines_of
@@ -26,9 +25,8 @@ WORDS = {"name", "words", "lines", "line1", "line2", "line3", "line4", "id"}
 #: A picture next to words takes at most this share of the row's width; the gap between pieces is this share of the
 #: row's height, within bounds.
 PICTURE_SHARE, GAP_SHARE, MOST_GAP_MM, LEAST_GAP_MM = 0.4, 0.2, 5.0, 1.5
-#: Pieces keep this share of their place's height to its upper and lower edge; more on a shade, and within a ground or
-#: between rules.  On a shade they keep `SHADE_MM` to the white around markers.
-AIR_SHARE, SHADE_SHARE, INSET_SHARE, SHADE_MM = 0.06, 0.10, 0.15, 1.0
+#: Pieces keep this share of their place's height to its upper and lower edge; more within a ground or between rules.
+AIR_SHARE, INSET_SHARE = 0.06, 0.15
 RULE_MM = 0.5
 #: Lower-case letters of 7 points, 0.54 of that high, are 11.5 minutes of arc high from `READ_FROM_M`; an eye of 20/40
 #: (6/12) reads letters of 10.  Source: ISO 8596: letters of 20/20 are 5 minutes of arc high.
@@ -94,8 +92,7 @@ def pieces_of(badge: Badge, look: Look) -> list[ArtPiece]:
     side = _side(badge, look)
     places = [(number, place) for number, place in enumerate(side.places, start=1) if _worn(badge, look, place)]
     areas = _shared_out(areas_of(badge), {place.area for _, place in places})
-    pieces = [ArtPiece("ground", rect, tint(look.accent)) for rect in background_rects(badge, side.background)]
-    pieces += [ArtPiece("ground", rect, look.accent) for rect in border_rects(badge, side.border)]
+    pieces: list[ArtPiece] = []
     for number, place in places:
         for piece in _placed(badge, look, place, areas, f"place {number} of template {look.template.name}"):
             pieces += _on_white(badge, piece, pieces) if piece.kind == "qr" else [piece]
@@ -154,14 +151,13 @@ def _placed(badge: Badge, look: Look, place: Place, areas: dict[str, Rect], wher
             "more head or foot, or take a larger format"
         )
     back = _ground(badge, place, rect, look.accent)
-    behind = PAPER if _side(badge, look).background == "none" else tint(look.accent)
-    ground = {"accent": look.accent, "tint": tint(look.accent), "paper": PAPER}.get(place.ground, behind)
+    ground = {"accent": look.accent, "tint": tint(look.accent)}.get(place.ground, PAPER)
     framed = place.ground != "none" or place.rule != "none"
     inset = INSET_SHARE if framed else 0.0
     if not framed and set(shown) & {"name", "words"}:
-        inset = AIR_SHARE if behind == PAPER else SHADE_SHARE
+        inset = AIR_SHARE
     inset *= rect[3] - rect[1]
-    across = inset if place.ground != "none" and not place.bleed else 0.0 if behind == PAPER else SHADE_MM
+    across = inset if place.ground != "none" and not place.bleed else 0.0
     room = (rect[0] + across, rect[1] + inset, rect[2] - across, rect[3] - inset)
     row = _row(badge, look, place, shown, room, ground) if shown else []
     for piece in row:
@@ -298,7 +294,5 @@ def shown_pieces(badge: Badge, look: Look) -> set[str]:
     shown = {what for place in places for what in place.what if look.shows(badge, what)}
     # A line with a place of its own is printed in the accent colour.
     accent = bool(shown & {"line1", "line2", "line3", "line4"})
-    side = _side(badge, look)
     accent = accent or any(place.ground in ("accent", "tint") or place.rule != "none" for place in places)
-    accent = accent or side.background != "none" or side.border != "none"
     return shown | ({"colour"} if accent else set())

@@ -18,7 +18,6 @@ from typing import Annotated, Any, Literal
 from msgspec import Meta, Struct
 from msgspec.structs import force_setattr
 
-from moireid.artwork.backgrounds import Background, Border
 from moireid.artwork.colours import Colour, colour_named
 from moireid.errors import SpecError
 from moireid.files import read_regular
@@ -33,8 +32,6 @@ TEMPLATES = (
     "banner",
     "campus",
     "minimal",
-    "stripes",
-    "gala",
 )
 TYPEFACES = ("sans", "serif", "slab")
 MOST_FILE_BYTES, MOST_PLACES = 100_000, 24
@@ -89,15 +86,12 @@ class Place(Struct, frozen=True, forbid_unknown_fields=True, rename={"needs": "w
 class Side(Struct, frozen=True, forbid_unknown_fields=True, rename={"places": "place"}):
     """A template for one orientation.
 
-    head, foot: shares of the board's height above and below the fringes; background, border: what is around the
-    pieces, and never over what is read (`backgrounds`).
+    head, foot: shares of the board's height above and below the fringes.
     """
 
     places: Annotated[tuple[Place, ...], Meta(min_length=1, max_length=MOST_PLACES)]
     head: Height = 0.0
     foot: Height = 0.0
-    background: Background = "none"
-    border: Border = "none"
 
 
 class TemplateFile(Struct, forbid_unknown_fields=True):

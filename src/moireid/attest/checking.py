@@ -77,11 +77,6 @@ class CheckResult:
         """Whether nothing is wrong."""
         return not self.faults
 
-    @property
-    def key_named(self) -> bool:
-        """Whether the user said whom to expect, by a key or a certificate's name."""
-        return "key" in self.expected or "certificate" in self.expected
-
     def to_json(self) -> dict[str, Any]:
         """Give the object that ``attest check --json`` prints.
 

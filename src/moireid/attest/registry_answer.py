@@ -15,7 +15,7 @@ from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PublicKey
 from moireid.attest.checking import CheckResult
 from moireid.attest.envelope import Broken
 from moireid.attest.signing_keys import fingerprint
-from moireid.provenance import AuthorityKey, BadgeHolder
+from moireid.provenance import BadgeHolder
 
 
 def badge_of(report: dict[str, Any]) -> str | None:
@@ -27,7 +27,7 @@ def badge_of(report: dict[str, Any]) -> str | None:
     return found
 
 
-def held_against(found: CheckResult, holder: BadgeHolder, authority: AuthorityKey) -> CheckResult:
+def held_against(found: CheckResult, holder: BadgeHolder, authority: str, public_hex: str) -> CheckResult:
     """Compare a verdict with what a registry says at present.
 
     Parameters
@@ -36,8 +36,8 @@ def held_against(found: CheckResult, holder: BadgeHolder, authority: AuthorityKe
         What `check` found.
     holder : BadgeHolder
         Of its badge, by the registry or a bundle of it.
-    authority : AuthorityKey
-        Of the authority that says so.
+    authority, public_hex : str
+        Fingerprint and key of the authority that says so, 32 and 64 hex digits.
 
     Returns
     -------
@@ -56,9 +56,12 @@ def held_against(found: CheckResult, holder: BadgeHolder, authority: AuthorityKe
     expected = found.expected
     if not expected:
         expected = ("registry",)
-        own, signed_by = Ed25519PublicKey.from_public_bytes(bytes.fromhex(authority.public_hex)), found.opened.key
+        own, signed_by = Ed25519PublicKey.from_public_bytes(bytes.fromhex(public_hex)), found.opened.key
         if fingerprint(own) != fingerprint(signed_by):
-            text = f"Key {fingerprint(signed_by)[:16]}… signed it, which is no key of the registry's authority."
+            text = (
+                f"Key {fingerprint(signed_by)[:16]}… signed it. A registry says who holds a badge, and not who signs, "
+                "unless its own authority did; give the signer's key by --key, or --certificate-identity."
+            )
             faults.append(Broken("key", text))
     barred = holder.barred
     if barred is not None:
@@ -67,7 +70,7 @@ def held_against(found: CheckResult, holder: BadgeHolder, authority: AuthorityKe
     return replace(found, faults=tuple(faults), expected=expected, asked=True, barred=barred)
 
 
-def _record_faults(report: dict[str, Any], holder: BadgeHolder, authority: AuthorityKey) -> list[Broken]:
+def _record_faults(report: dict[str, Any], holder: BadgeHolder, authority: str) -> list[Broken]:
     """Where a report says something else of its badge than the registry."""
     badge, faults = report["badge"], []
     if not holder.erased and not _same(badge["name"], holder.name):
@@ -80,7 +83,7 @@ def _record_faults(report: dict[str, Any], holder: BadgeHolder, authority: Autho
             "by a claim, with a registry or its bundle."
         )
         faults.append(Broken("registry", words))
-    elif asked["fingerprint"] != authority.fingerprint:
+    elif asked["fingerprint"] != authority:
         words = f"The badge was looked up at authority {asked['fingerprint']}, and this is another registry."
         faults.append(Broken("registry", words))
     return faults

@@ -9,8 +9,8 @@ from pathlib import Path
 
 from moireid.asbuilt import AsBuilt, merge
 from moireid.badge import Badge, load_badge
-from moireid.bringup.build_folder import BADGE_FILMS, BADGE_JSON, BuildFolder, Reading
-from moireid.bringup.chart_steps import CAMERA, PRINTER, SHEET, THICKNESS
+from moireid.bringup.build_folder import BADGE_FILMS, BADGE_JSON, CAMERA, BuildFolder, Reading
+from moireid.bringup.chart_steps import PRINTER, SHEET, THICKNESS
 from moireid.bringup.film_figures import film_figures
 from moireid.errors import DesignError, MediaError
 from moireid.files import write_text

@@ -19,13 +19,13 @@ from moireid.bringup.build_folder import (
     BADGE_FILMS,
     BADGE_JSON,
     BY_HAND,
-    CAMERA_FILM,
+    CAMERA,
     PRINTED_FOR,
     SHEET_PHOTO,
     BuildFolder,
     Reading,
 )
-from moireid.bringup.chart_steps import CAMERA, CHART_FILES, PRINTER, SHEET, calibrate, print_charts, read_charts
+from moireid.bringup.chart_steps import CHART_FILES, PRINTER, SHEET, print_charts, read_charts
 from moireid.errors import MoireIdError
 from moireid.profiles import lens_named
 from moireid.sheets import MM_PER_INCH
@@ -46,7 +46,7 @@ class BuildStep:
     title, work: what the builder does, and what the program does meanwhile; ask: what the builder is to do for it, in
     plain words, with {folder}, {lens} and {paper}; needs: files of the builder, each a choice of well-known names, of
     which one must be there; made: files that it writes; own, wishes: files of other steps, and fields of the wish, that
-    it depends on as well; optional: whether the round goes on without it; once: whether it is done no more where its
+    it depends on as well; once: whether it is done no more where its
     files are there, as a badge that is printed is never changed.
     """
 
@@ -59,7 +59,6 @@ class BuildStep:
     made: tuple[str, ...] = ()
     own: tuple[str, ...] = ()
     wishes: tuple[str, ...] = ()
-    optional: bool = False
     once: bool = False
 
     def ready(self, folder: BuildFolder) -> bool:
@@ -110,20 +109,6 @@ STEPS: tuple[BuildStep, ...] = (
         made=(SHEET, PRINTER),
         wishes=BY_HAND,
     ),
-    BuildStep(
-        "camera",
-        "Calibrate the camera, if you like",
-        "looking for the camera chart",
-        calibrate,
-        (
-            "This step may be left out: then the camera is solved from the badge's films, less exactly.",
-            "Print {folder}/camera-chart.pdf, glue it to glass, and film it for 20 seconds from all sides and in every "
-            "corner of the picture; hold still for a moment each time. Save it as {folder}/camera-film.mp4.",
-        ),
-        needs=((CAMERA_FILM,),),
-        made=(CAMERA,),
-        optional=True,
-    ),
     BuildStep("badge", "Print the badge", "drawing the badge", print_first_badge, (), made=(BADGE_JSON,), once=True),
     BuildStep(
         "films",
@@ -138,7 +123,8 @@ STEPS: tuple[BuildStep, ...] = (
             "phone 20 cm to both sides, four times, and a little nearer and farther. Save it as "
             "{folder}/badge-film-1.mp4.",
             "Put the badge down, take it up again, and film it once more: {folder}/badge-film-2.mp4. Two films show "
-            "how well the figures repeat.",
+            "how well the figures repeat. A camera that you calibrated (moireid calibrate --camera) is read of "
+            "{folder}/camera.yaml.",
         ),
         needs=tuple((name,) for name in BADGE_FILMS),
         made=(AS_BUILT,),
@@ -216,14 +202,12 @@ def advance(
     did: list[str] = []
     for step in steps:
         if not step.ready(folder):
-            if step.optional:
-                continue
             return Advance(folder, steps, tuple(did), step)
         if not step.done(folder):
             folder = _done(step, folder, watch, do)
             did.append(step.name)
         refused = folder.state.readings[step.name].refused
-        if refused is not None and not step.optional:
+        if refused is not None:
             return Advance(folder, steps, tuple(did), step, refused)
     return Advance(folder, steps, tuple(did), None)
 

@@ -24,7 +24,7 @@ from moireid.sheets import DEFAULT_LENS
 
 FORMAT, STATE = 1, "first-badge.json"
 #: Files that a builder makes, by their names without suffix.
-SHEET_PHOTO, CAMERA_FILM = "sheet-photo", "camera-film"
+SHEET_PHOTO = "sheet-photo"
 BADGE_FILMS = ("badge-film-1", "badge-film-2")
 PHOTO_SUFFIXES = (".jpg", ".jpeg", ".png", ".webp", ".tif", ".tiff")
 FILM_SUFFIXES = (".mp4", ".mov", ".m4v", ".mkv", ".webm", ".avi")
@@ -32,11 +32,10 @@ FILM_SUFFIXES = (".mp4", ".mov", ".m4v", ".mkv", ".webm", ".avi")
 UNREADABLE = (".heic", ".heif")
 SUFFIXES = PHOTO_SUFFIXES + FILM_SUFFIXES + UNREADABLE
 #: What is written into the folder, and replaced as better pictures come.
-OWN_FILES = (
-    *("pitch-test.pdf", "pitch-test.json", "camera-chart.pdf", "sheet.json", "printer.json", "camera.yaml", "badge"),
-    "as-built.json",
-)
+OWN_FILES = (*("pitch-test.pdf", "pitch-test.json", "sheet.json", "printer.json", "badge", "as-built.json"),)
 BADGE_JSON = "badge/badge.json"
+#: A camera that the builder calibrated, if so.
+CAMERA = "camera.yaml"
 ADVICE = "give another folder, or correct the file"
 
 

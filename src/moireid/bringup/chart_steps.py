@@ -1,4 +1,4 @@
-"""Steps before there is a badge: print the pitch test, read it, calibrate the camera."""
+"""Steps before there is a badge: print the pitch test, and read it."""
 
 from __future__ import annotations
 
@@ -6,25 +6,19 @@ import msgspec
 
 from moireid.badge import load_badge
 from moireid.bringup.build_folder import (
-    CAMERA_FILM,
     SHEET_PHOTO,
     BuildFolder,
     Figure,
     Reading,
 )
-from moireid.calibration.camera_fit import CameraFound, camera_from_film, write_camera
 from moireid.calibration.sheet_reading import SheetReading, printer_profile, read_sheet
-from moireid.errors import MoireIdError
-from moireid.fabrication.page.camera_page import print_camera_chart
 from moireid.fabrication.page.chart_page import JSON, PDF, print_chart
 from moireid.profiles import save_profile
 from moireid.sheets import MM_PER_INCH, sheet_lens
 from moireid.verifier.video import Progress
 
-CAMERA_CHART, SHEET, PRINTER, CAMERA = "camera-chart.pdf", "sheet.json", "printer.json", "camera.yaml"
+SHEET, PRINTER = "sheet.json", "printer.json"
 THICKNESS = "Sheet thickness"
-#: A focal length by the camera chart, over the picture's longer side.
-BY_CHART, LONG_SIDE = "Camera by its chart", "x long side"
 #: Errors of a calliper, mm, and of a ruler on a scale bar, as a share: 0.15 of 150 mm.  Set by hand.
 CALLIPER_SD_MM, RULER_SD_SHARE = 0.01, 0.001
 #: Below these, a pitch needs no better photo; a growth needs no care.  Share, um.  Set by hand.
@@ -32,13 +26,12 @@ GOOD_PITCH_SD_SHARE, GOOD_INK_SD_UM = 5e-4, 8.0
 
 
 def print_charts(folder: BuildFolder, _: Progress | None) -> Reading:
-    """Write the pitch test and the camera's chart."""
+    """Write the pitch test."""
     from moireid.designer.chart import design_chart
 
     wish = folder.wish
     chart = design_chart(lens=wish.lens, printer_dpi=wish.printer_dpi, paper=wish.paper)
     print_chart(chart, folder.path, overwrite=True)
-    print_camera_chart(folder.at(CAMERA_CHART), wish.paper, overwrite=True)
     return Reading()
 
 
@@ -70,7 +63,7 @@ def _pitch(found: SheetReading) -> Figure:
     unit = "true mm" if profile.found["unit"] == "true mm" else "mm of the page"
     words = (
         f"{MM_PER_INCH / profile.lens.pitch_mm:.3f} lenses to the inch, from {profile.found['bands_used']} of "
-        f"{profile.found['bands']} bands; the camera's distance is from {found.distance_from}."
+        f"{profile.found['bands']} bands; the camera's distance is from {profile.found['distance_from']}."
     )
     advice = "" if good else "Give the camera's distance by a tape measure, or its focal length."
     return Figure("Sheet pitch", profile.lens.pitch_mm, profile.pitch_sd_mm, unit, words, advice)
@@ -107,28 +100,5 @@ def _scale(scales: tuple[float, float] | None) -> Figure:
     return Figure("Print scale", scales[0], RULER_SD_SHARE, "x", words)
 
 
-def calibrate(folder: BuildFolder, progress: Progress | None) -> Reading:
-    """Calibrate the camera by a film of its chart."""
-    film = folder.found(CAMERA_FILM)
-    assert film is not None
-    try:
-        found = camera_from_film(film, progress=progress)
-    except MoireIdError as error:
-        words, advice = "Not calibrated; the notes say why.", "Film the chart again, or go on without it."
-        figure = Figure(BY_CHART, None, None, LONG_SIDE, words, advice)
-        return Reading(figures=[figure], notes=[str(error)], refused=str(error))
-    write_camera(found, folder.at(CAMERA))
-    return Reading(figures=[_camera(found)])
-
-
-def _camera(found: CameraFound) -> Figure:
-    long_px = max(found.size_px)
-    words = (
-        f"By the camera chart: corners fit within {found.error_px:.2f} px in {found.views} views; k1 "
-        f"{found.distortion[0]:+.3f}."
-    )
-    return Figure(BY_CHART, found.focal_px / long_px, found.focal_sd_px / long_px, LONG_SIDE, words)
-
-
 #: Files that these steps write.
-CHART_FILES = (PDF, JSON, CAMERA_CHART)
+CHART_FILES = (PDF, JSON)

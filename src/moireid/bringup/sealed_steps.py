@@ -17,8 +17,8 @@ from typing import Any
 import msgspec
 
 from moireid.bringup.bring_up import STEPS, BuildStep
-from moireid.bringup.build_folder import BADGE_JSON, BuildFolder, BuildState, Reading
-from moireid.bringup.chart_steps import CAMERA, CHART_FILES, PRINTER, SHEET
+from moireid.bringup.build_folder import BADGE_JSON, CAMERA, BuildFolder, BuildState, Reading
+from moireid.bringup.chart_steps import CHART_FILES, PRINTER, SHEET
 from moireid.files import read_regular, whole_file
 from moireid.reading.answers import FilmAnswer, checked
 from moireid.reading.film_orders import Ask, Progress, Send

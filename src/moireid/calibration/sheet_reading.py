@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -32,13 +33,10 @@ class SheetReading:
         Of the sheet.
     ink : InkGrowth
         By how much the printer widens lines.
-    distance_from : str
-        Where the camera's distance comes from, a key of `DISTANCE_SD`.
     """
 
     profile: LensProfile
     ink: InkGrowth
-    distance_from: str
 
 
 def read_sheet(
@@ -47,6 +45,8 @@ def read_sheet(
     distance_m: float | None = None,
     focal_px: float | None = None,
     measured_scale: float | None = None,
+    *,
+    progress: Callable[[int, int | None], None] | None = None,
 ) -> SheetReading:
     """Read a photograph or a film of the pitch test, with the best known distance of the camera.
 
@@ -62,6 +62,8 @@ def read_sheet(
         Focal length of the picture, px.
     measured_scale : float, optional
         As for `lens_from_views`.
+    progress : callable, optional
+        Called with the number of pictures that were read, and of all.
 
     Raises
     ------
@@ -76,7 +78,7 @@ def read_sheet(
     known = {"a tape measure": distance_m, "the focal length": focal_px, "the camera's note": noted_px}
     source = next((name for name, value in known.items() if value), "a usual phone")
     focal = focal_px or noted_px or FOCAL_PRIOR_RATIO * max(pictures[0].shape)
-    seen = _views(pictures, chart, focal, 1000 * distance_m if distance_m else None)
+    seen = _views(pictures, chart, focal, 1000 * distance_m if distance_m else None, progress)
     profile = lens_from_views(
         [view for _, view in seen],
         chart,
@@ -85,20 +87,26 @@ def read_sheet(
         measured_scale=measured_scale,
     )
     ink = ink_growth([(picture, view.page) for picture, view in seen if view.page is not None], chart)
-    return SheetReading(profile, ink, source)
+    return SheetReading(profile, ink)
 
 
 def _views(
-    pictures: list[NDArray[np.uint8]], chart: Badge, focal_px: float, distance_mm: float | None
+    pictures: list[NDArray[np.uint8]],
+    chart: Badge,
+    focal_px: float,
+    distance_mm: float | None,
+    progress: Callable[[int, int | None], None] | None,
 ) -> list[tuple[NDArray[np.uint8], ChartView]]:
     """Those pictures that show the chart, with what they show; if none does, raises the error of the first."""
     found: list[tuple[NDArray[np.uint8], ChartView]] = []
     first: MediaError | None = None
-    for picture in pictures:
+    for number, picture in enumerate(pictures, start=1):
         try:
             found.append((picture, view_chart(picture, chart, focal_px=focal_px, distance_mm=distance_mm)))
         except MediaError as wrong:
             first = first or wrong
+        if progress is not None:
+            progress(number, len(pictures))
     if not found and first is not None:
         raise first
     return found

@@ -78,12 +78,11 @@ def first_badge_command(
     \b
     1. It writes pitch-test.pdf; print it and put the sheet on it.
     2. Photograph it: sheet-photo.jpg.
-    3. Film the camera's chart, if you like: camera-film.mp4.
-    4. It prints the badge for your sheet and printer: badge/badge.pdf.
-    5. Build it, and film it twice: badge-film-1.mp4, badge-film-2.mp4.
+    3. It prints the badge for your sheet and printer: badge/badge.pdf.
+    4. Build it, and film it twice: badge-film-1.mp4, badge-film-2.mp4.
 
-    Every figure has its error bar, and what to do about it; sheet.json, printer.json and camera.yaml are profiles for
-    the other commands (--lens, --printer, --camera). It exits with 3 where a photo or film could not be used. What you
+    Every figure has its error bar, and what to do about it; sheet.json and printer.json are profiles for the other
+    commands (--lens, --printer). It exits with 3 where a photo or film could not be used. What you
     give is kept for the next calls; a --thickness, --measured-scale, --distance or --focal-px of 0 is forgotten.
     """
     from moireid.bringup.bring_up import advance

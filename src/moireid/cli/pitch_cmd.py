@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shlex
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,7 +14,6 @@ from moireid.cli.common import (
     FiniteRange,
     FolderPath,
     echo,
-    form_option,
     friendly,
     json_option,
     overwrite_option,
@@ -21,7 +21,6 @@ from moireid.cli.common import (
     printer_dpi_option,
     progress_bar,
     say,
-    scale_option,
     show_json,
 )
 from moireid.cli.sealed_reader import sealed_reader, unsealed_option
@@ -44,14 +43,6 @@ if TYPE_CHECKING:
 @printer_dpi_option
 @paper_option
 @click.option(
-    "--distance",
-    type=FiniteRange(0.1, 100),
-    default=1.0,
-    metavar="M",
-    show_default=True,
-    help="Distance from which you will read it, in metres.",
-)
-@click.option(
     "--steps",
     type=int,
     default=10,
@@ -59,8 +50,6 @@ if TYPE_CHECKING:
     show_default=True,
     help="Bands on each side of the middle, 0.1 lines per inch apart.",
 )
-@form_option
-@scale_option
 @overwrite_option
 @json_option
 @friendly
@@ -69,10 +58,7 @@ def pitch_test_command(
     lens: str,
     printer_dpi: int,
     paper: str,
-    distance: float,
     steps: int,
-    form: str,
-    measured_scale: tuple[float, float],
     overwrite: bool,
     as_json: bool,
 ) -> None:
@@ -85,8 +71,8 @@ def pitch_test_command(
     from moireid.fabrication.page.chart_page import print_chart
     from moireid.sheets import MM_PER_INCH
 
-    chart = design_chart(lens, printer_dpi=printer_dpi, paper=paper, distance_m=distance, steps=steps, form=form)
-    files = print_chart(chart, folder, measured_scale=measured_scale, overwrite=overwrite)
+    chart = design_chart(lens, printer_dpi=printer_dpi, paper=paper, steps=steps)
+    files = print_chart(chart, folder, overwrite=overwrite)
     cells = chart.gratings[0].cells
     if as_json:
         show_json(
@@ -95,8 +81,6 @@ def pitch_test_command(
                 "files": {name: str(path) for name, path in files.items()},
                 "bands": len(cells),
                 "lines_per_inch": [round(MM_PER_INCH / cell.pitch_mm, 4) for cell in cells],
-                "distance_m": distance,
-                "measured_scale": measured_scale,
             }
         )
         return
@@ -106,7 +90,7 @@ def pitch_test_command(
     )
     for path in files.values():
         echo(f"  {path}")
-    echo(f"Print it at 100 %, put the sheet on it, and photograph it from {distance:g} m. Next:")
+    echo("Print it at 100 %, put the sheet on it, and photograph it from about 1 m. Next:")
     chart_json = shlex.quote(str(files["pitch-test.json"]))
     echo(f"  moireid calibrate PHOTO --chart {chart_json} --out sheet.json --printer-out NAME")
 
@@ -198,8 +182,8 @@ def calibrate_command(
     if chart_json is None:
         raise SpecError("give the pitch-test.json of the chart as --chart, or --camera to calibrate a camera")
     from moireid.badge import load_badge
-    from moireid.calibration.film_orders import SheetOrder, film_read
-    from moireid.calibration.sheet_reading import SheetReading, printer_profile
+    from moireid.calibration.film_orders import film_read
+    from moireid.calibration.sheet_reading import SheetReading, printer_profile, read_sheet
     from moireid.designer.order import parse_scale
     from moireid.files import planned
     from moireid.profiles import keep_printer, printer_file, save_profile
@@ -212,9 +196,10 @@ def calibrate_command(
     planned(outs, overwrite=overwrite, make_folders=False, kept=[chart_json, photo])
     scales = parse_scale(scale_text) if scale_text else None
     chart = load_badge(chart_json)
-    order = SheetOrder(photo, chart, distance_m, focal_px, scales and scales[0])
+    along = scales and scales[0]
+    read = partial(read_sheet, chart=chart, distance_m=distance_m, focal_px=focal_px, measured_scale=along)
     with sealed_reader([photo], unsealed=unsealed) as reader, progress_bar("reading the pitch test") as progress:
-        found = film_read(order, SheetReading, reader, progress)
+        found = film_read(photo, read, SheetReading, reader, progress)
     _say_notes(found)
     planned(outs, overwrite=overwrite, kept=[chart_json, photo])
     if printer_out is not None:
@@ -239,13 +224,13 @@ def _camera(film: Path | None, out: Path, paper: str, *, unsealed: bool, overwri
         else:
             echo(f"{out}: print it at true size, glue it to something flat, and film it from all sides")
         return
-    from moireid.calibration.camera_fit import CameraFound, write_camera
-    from moireid.calibration.film_orders import CameraOrder, film_read
+    from moireid.calibration.camera_fit import CameraFound, camera_from_film, write_camera
+    from moireid.calibration.film_orders import film_read
     from moireid.files import planned
 
     planned([out], overwrite=overwrite, kept=[film])
     with sealed_reader([film], unsealed=unsealed) as reader, progress_bar("looking for the chart") as progress:
-        found = film_read(CameraOrder(film), CameraFound, reader, progress)
+        found = film_read(film, camera_from_film, CameraFound, reader, progress)
     write_camera(found, out)
     if as_json:
         figures = asdict(found) | {"focal_px": found.focal_px}
@@ -262,7 +247,7 @@ def _camera(film: Path | None, out: Path, paper: str, *, unsealed: bool, overwri
 def _say_notes(found: SheetReading) -> None:
     """Say on stderr what the pictures do not show."""
     profile = found.profile
-    if found.distance_from == "a usual phone":
+    if profile.found["distance_from"] == "a usual phone":
         say(
             f"note: the focal length is not known, so the camera's distance is guessed to be "
             f"{profile.found['distance_mm'] / 1000:.2f} m; give --distance or --focal-px for a smaller error"

@@ -26,6 +26,8 @@ FIELD_MM = 136.0
 #: Wide enough for the labels, and so narrow that crop marks keep clear of the scale bar at the paper's edge.
 BOARD_WIDTH_MM = 178.0
 MARKER_MM = 26.0
+#: From where a chart is read, m.
+READ_FROM_M = 1.0
 #: Lower bands are too narrow to be separated at 2 m (4 px); in higher ones a twisted sheet blurs the fringes.
 MIN_BAND_MM, MAX_BAND_MM = 5.0, 11.0
 #: Least dots of a line; a chart may be coarser than a badge, because its phases carry no code.
@@ -39,7 +41,6 @@ def design_chart(
     *,
     printer_dpi: int = 1200,
     paper: str = "a4",
-    distance_m: float = 1.0,
     steps: int = 10,
     form: str = "dots",
 ) -> Badge:
@@ -53,8 +54,6 @@ def design_chart(
         Dots to the inch of the printer.
     paper : str
         The page, one of `profiles.PAPERS_MM`.
-    distance_m : float
-        From where the sheet is to be read, m.
     steps : int
         Bands on each side of the nominal pitch.
     form : str
@@ -107,7 +106,7 @@ def design_chart(
         gratings=(replace(blank, cells=cells),),
         markers=_markers(board, nominal_lpi),
         board_mm=board,
-        range_m=(distance_m, distance_m),
+        range_m=(READ_FROM_M, READ_FROM_M),
         print={
             "dpi": printer_dpi,
             "paper": paper,

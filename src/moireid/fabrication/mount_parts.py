@@ -127,7 +127,7 @@ def shape_parts(badge: Badge, parts: Parts) -> MountSolids:
     """
     if not parts.files:
         return MountSolids((), {}, {})
-    from moireid.fabrication.assembly.guide import draw_mounts
+    from moireid.fabrication.assembly.solid_views import drawn_solids
     from moireid.fabrication.printed.mount import mount_bodies
     from moireid.fabrication.solid_parts import acrylic_parts, check_parts, printed_parts
     from moireid.fabrication.solids import CAD_PACKAGES, cad_package
@@ -145,7 +145,7 @@ def shape_parts(badge: Badge, parts: Parts) -> MountSolids:
         placed["acrylic"] = acrylic_parts(parts.acrylic)
     for solids in placed.values():
         check_parts(solids)
-    return MountSolids(bodies, placed, draw_mounts(placed))
+    return MountSolids(bodies, placed, {shop: drawn_solids(solids) for shop, solids in placed.items()})
 
 
 def write_parts(

@@ -21,7 +21,7 @@ PostgreSQL's write-ahead log until it is recycled, and blocks that a disk keeps 
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from sqlalchemy import delete
 
@@ -31,7 +31,7 @@ from moireid.registry.claims import as_id
 from moireid.registry.engine import clean
 from moireid.registry.ledger import Transaction
 from moireid.registry.log import ERASE, REFINED, REPLACED
-from moireid.registry.queries import RegistryQueries
+from moireid.registry.queries import Entry, RegistryQueries
 from moireid.registry.record import Record, storable, storable_json
 from moireid.registry.schema import badges, select_records
 
@@ -39,28 +39,6 @@ from moireid.registry.schema import badges, select_records
 LONGEST_REASON = 500
 #: Sets of measured figures that a badge can have; a film may be compared with each of them.
 MOST_SETS = 8
-
-
-@dataclass(frozen=True)
-class ErasureResult:
-    """The result of an erasure.
-
-    Attributes
-    ----------
-    subject : str
-        The badge's id.
-    erased_at : str
-        UTC, ISO 8601 to the second.
-    again : bool
-        Whether it was erased before; then only the database was cleaned.
-    cleaned : bool
-        Whether the database was written anew, so that no page of it holds what was erased.
-    """
-
-    subject: str
-    erased_at: str
-    again: bool
-    cleaned: bool
 
 
 class RegistryChanges(RegistryQueries):
@@ -164,7 +142,7 @@ class RegistryChanges(RegistryQueries):
             _check_replaces(record, said, refines)
             return transaction.change(changed, REFINED if said is None else REPLACED)
 
-    def erase(self, claim: str) -> ErasureResult:
+    def erase(self, claim: str) -> tuple[Entry, bool]:
         """Erase a person on their request, for good; a second call only cleans the database again.
 
         Parameters
@@ -174,23 +152,23 @@ class RegistryChanges(RegistryQueries):
 
         Returns
         -------
-        ErasureResult
-            When, and what may be left.
+        tuple of Entry and bool
+            The log's entry, and whether the database was written anew, so that no page of it holds what was erased.
 
         Raises
         ------
         RegistryError
             If the claim means no one, or several people.
         """
-        subject, before = as_id(claim), self.erased_at(claim)
-        if before is None:
+        subject = as_id(claim)
+        if self.erased_at(claim) is None:
             found = self.find(claim)
             subject = found.id
             with self._ledger.writing(self.actor) as transaction:
                 locked(transaction, found)
                 transaction.connection.execute(delete(badges).where(badges.c.id == subject))
                 transaction.log(ERASE, subject)
-        return ErasureResult(subject, before or utc_now(), before is not None, clean(self._ledger.engine))
+        return self.entries(subject, 1)[0], clean(self._ledger.engine)
 
 
 def locked(transaction: Transaction, record: Record) -> Record:

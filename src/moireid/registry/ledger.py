@@ -197,7 +197,7 @@ class Ledger:
         Raises: RegistryError as `rollback.standing_of`: whatever is shown, judged, exported or counted is read here.
         """
         compares = self.checked and self.has_authority
-        memory = recall(self.place) if compares else Memory()
+        memory: Memory = recall(self.place) if compares else (None, {})
         with self.reported(), snapshot(self.engine) as connection:
             if compares:
                 self._compared(connection, memory)

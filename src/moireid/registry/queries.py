@@ -11,7 +11,6 @@ from sqlalchemy import ColumnElement, and_, func, or_, select
 from moireid.arguments import checked
 from moireid.badge import Badge
 from moireid.errors import RegistryError
-from moireid.provenance import AuthorityKey
 from moireid.registry.claims import as_id, find_row
 from moireid.registry.ledger import Ledger
 from moireid.registry.log import ERASE, check_signed
@@ -278,16 +277,6 @@ class RegistryQueries:
             named = badges.c.name_nfc.icontains(name, autoescape=True)
             page = page.where(or_(named, badges.c.id.startswith(as_id(name), autoescape=True)) if ids else named)
         return [self._ledger.record(row) for row in self._ledger.rows(page)]
-
-    def authority_key(self) -> AuthorityKey:
-        """The key by which the registry's authority signs.
-
-        Returns
-        -------
-        AuthorityKey
-            That which is trusted here.
-        """
-        return AuthorityKey(self._ledger.authority.fingerprint, self._ledger.authority.public_hex)
 
     def layouts(self) -> list[Badge]:
         """List one badge of each distinct layout, which is enough for a reader to read any of them.

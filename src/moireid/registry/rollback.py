@@ -68,22 +68,23 @@ def standing_of(log: LogState, memory: Memory, trust: str | None = None, expires
     """
     compared(log, memory, trust)
     own = log.fingerprint
-    known = memory.authority == own and memory.heads.get(own) == log.head
+    authority, heads = memory
+    known = authority == own and heads.get(own) == log.head
     return Standing(
         own,
         str(log.head),
         expires,
-        new=trust is None and own not in memory.heads,
+        new=trust is None and own not in heads,
         remembered=known or remember(log.place, own, log.head),
     )
 
 
 def compared(log: LogState, memory: Memory, trust: str | None) -> None:
     """Compare a log with what was seen of it before.  Raises: RegistryError, SpecError as `standing_of`."""
-    wanted = memory.authority if trust is None else as_fingerprint(trust)
+    wanted = memory[0] if trust is None else as_fingerprint(trust)
     if wanted not in (None, log.fingerprint):
         raise _other_key(log, str(wanted), pinned=trust is not None)
-    _check_extends(log, memory.heads.get(log.fingerprint))
+    _check_extends(log, memory[1].get(log.fingerprint))
 
 
 def _check_extends(log: LogState, last: Head | None) -> None:

@@ -12,9 +12,8 @@ from __future__ import annotations
 import hashlib
 import os
 import sqlite3
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import closing, contextmanager, suppress
-from dataclasses import dataclass, field
 from pathlib import Path
 
 from moireid.errors import RegistryError
@@ -42,32 +41,26 @@ def seen_path() -> Path | None:
     return None if folder is None else folder / "seen.sqlite3"
 
 
-@dataclass(frozen=True)
-class Memory:
-    """What was seen before: the authority of one place, and the last head of every authority.
-
-    authority: a fingerprint; None if nothing was seen at that place.
-    """
-
-    authority: str | None = None
-    heads: Mapping[str, Head] = field(default_factory=dict)
+#: What was seen before: the fingerprint of the authority of one place, None if nothing was seen there, and of every
+#: authority the last head.
+Memory = tuple[str | None, dict[str, Head]]
 
 
 def recall(place: str = "") -> Memory:
     """What was seen of all authorities, and at one place.  Raises: RegistryError if the file cannot be read."""
     path = seen_path()
     if path is None or not path.exists():
-        return Memory()
+        return None, {}
     # Not for reading alone: after a program was killed in a write, the next reader must undo what it left.  A file that
     # may not be written is opened for reading all the same.
     with _readable(), closing(sqlite3.connect(f"{path.as_uri()}?mode=rw", uri=True, timeout=WAIT_S)) as database:
         # A program that is killed between making the file and its tables leaves it without them.
         if not database.execute("SELECT 1 FROM sqlite_master").fetchone():
-            return Memory()
+            return None, {}
         at = database.execute("SELECT fingerprint FROM places WHERE place = ?", (_key(place),)).fetchone()
         heads = database.execute("SELECT fingerprint, seq, hash FROM heads").fetchall()
         last = {str(who): Head.parse(f"{seq}:{root}") for who, seq, root in heads}
-    return Memory(str(at[0]) if at else None, last)
+    return str(at[0]) if at else None, last
 
 
 def remember(place: str, fingerprint: str, head: Head) -> bool:
@@ -99,8 +92,8 @@ def forget(fingerprint: str) -> bool:
 
     Raises: RegistryError if the file cannot be read or written.
     """
-    memory, path = recall(), seen_path()
-    if path is None or fingerprint not in memory.heads:
+    path = seen_path()
+    if path is None or fingerprint not in recall()[1]:
         return False
     with _readable(), closing(sqlite3.connect(path, timeout=WAIT_S)) as database, database:
         database.executescript(_TABLES)

@@ -21,7 +21,7 @@ from moireid.registry.changes import RegistryChanges
 from moireid.registry.checkpoints.checkpoint import Checkpoint
 from moireid.registry.checkpoints.note import VerifierKey
 from moireid.registry.engine import chunks, default_url, read_url, sqlite_file
-from moireid.registry.keys import account, checked_actor, key_path, keys_folder
+from moireid.registry.keys import Authority, account, checked_actor, key_path, keys_folder
 from moireid.registry.ledger import Ledger, Transaction, open_ledger
 from moireid.registry.public_view import PublicView
 from moireid.registry.record import Record, new_record
@@ -121,6 +121,11 @@ class Registry(RegistryChanges, PublicView):
     def fingerprint(self) -> str:
         """The fingerprint of the authority's public key, 32 hex digits."""
         return self._ledger.authority.fingerprint
+
+    @property
+    def authority(self) -> Authority:
+        """The public half of the key by which the registry's authority signs."""
+        return self._ledger.authority
 
     @property
     def key_path(self) -> Path:

@@ -23,7 +23,6 @@ from moireid.registry.bundle import publish
 from moireid.registry.checkpoints.checkpoint import read_checkpoint
 from moireid.registry.checkpoints.cosignature import witness_keys
 from moireid.registry.checkpoints.note import VerifierKey
-from moireid.registry.seen import Memory
 
 
 class Witnesses:
@@ -164,7 +163,7 @@ def test_a_registry_that_is_exchanged_after_the_check_is_found(grown, witnesses,
                 registry.enroll(badge_of(name))
         stranger.unlink()
     out = witnesses.sign(noted(grown, tmp_path / "one"))
-    monkeypatch.setattr("moireid.registry.ledger.recall", lambda place: Memory())
+    monkeypatch.setattr("moireid.registry.ledger.recall", lambda place: (None, {}))
     with open_registry(url_of(grown), create=False) as registry:
         registry.require_witnesses(witnesses.first(3), read_checkpoint(out))
         shutil.copy(fork, grown)

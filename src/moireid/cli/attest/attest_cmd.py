@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -23,8 +24,10 @@ from moireid.cli.witness_options import WitnessCheck, witness_check
 from moireid.errors import SpecError
 
 if TYPE_CHECKING:
-    from moireid.api.asking import AskingTerms
     from moireid.attest import CheckResult
+    from moireid.provenance import Standing
+    from moireid.registry import Registry
+    from moireid.registry.bundle.held import Bundle
 
 
 #: Whom a check expected, in words.
@@ -102,7 +105,7 @@ def check_command(
 
     Exit code 0: it holds; 1: it does not; 2: bad input, or nothing says whom to expect.
     """
-    from moireid.api.asking import AskingTerms
+    from moireid.api.asking import asked
     from moireid.attest import CertificateIdentity, check, load_public_key
     from moireid.attest.envelope import read_envelope
     from moireid.attest.signing_keys import load_certificates
@@ -114,14 +117,19 @@ def check_command(
             "anybody can make a certificate with any name in it, so a name counts only by the word of an authority; "
             "give --certificate-identity and --certificate-authority together"
         )
+    if key_file is None and identity is None and registry_url is None and bundle_path is None:
+        raise SpecError(
+            "nothing says whom to expect, and anybody can make a key, and sign in any name and of any day; give the "
+            "signer's key, as you got it from the signer, by --key, or the name in the signer's certificate by "
+            "--certificate-identity"
+        )
     key = load_public_key(key_file) if key_file is not None else None
     trusted = load_certificates(issuer_file) if issuer_file is not None else ()
     signer = CertificateIdentity(identity, trusted) if identity is not None else None
     found = check(read_envelope(envelope), film=film, key=key, identity=signer)
     if registry_url is not None or bundle_path is not None:
-        terms = AskingTerms(trust, report_standing, witness_check.require if witness_check else None)
-        found = _held(found, registry_url, bundle_path, terms)
-    _check_signer_asked(found, envelope)
+        require = witness_check.require if witness_check else None
+        found = _held(found, asked(registry_url, bundle_path, trust, report_standing, require))
     if as_json:
         show_json(found.to_json())
     else:
@@ -130,30 +138,9 @@ def check_command(
     sys.exit(ACCEPT if found.holds else REJECT)
 
 
-def _check_signer_asked(found: CheckResult, envelope: Path) -> None:
-    """Raise SpecError where all else holds, and only whom to expect is not known."""
-    if found.opened is None or found.key_named or any(fault.part != "key" for fault in found.faults):
-        return
-    if found.holds and found.expected:
-        return
-    from moireid.attest.signing_keys import fingerprint
-
-    signed_by = fingerprint(found.opened.key)[:32]
-    why = (
-        f"{envelope} is as key {signed_by}… signed it, but anybody can make a key, and sign in any name and of any day"
-    )
-    if found.faults:
-        words = found.faults[0].text.rstrip(".")
-        why = f"a registry says who holds a badge, and not who signs: {words[0].lower()}{words[1:]}"
-    raise SpecError(
-        f"nothing says whom to expect: {why}; give the signer's key, as you got it from the signer, by --key, or the "
-        "name in the signer's certificate by --certificate-identity"
-    )
-
-
-def _held(found: CheckResult, registry_url: str | None, bundle_path: Path | None, terms: AskingTerms) -> CheckResult:
+def _held(found: CheckResult, place: AbstractContextManager[tuple[Registry | Bundle, Standing]]) -> CheckResult:
     """A verdict compared with what a registry or its bundle says of its badge, where it can be believed."""
-    from moireid.api.asking import asked, people_in
+    from moireid.api.asking import people_in
     from moireid.attest import held_against
     from moireid.attest.registry_answer import badge_of
 
@@ -163,11 +150,11 @@ def _held(found: CheckResult, registry_url: str | None, bundle_path: Path | None
         raise SpecError(
             "this verdict names no identity, so no registry knows its badge; leave out --registry or --bundle"
         )
-    with asked(registry_url, bundle_path, terms) as (held, _):
-        holder, key = people_in(held).holder(badge_id), held.authority_key()
+    with place as (held, _):
+        holder, authority = people_in(held).holder(badge_id), held.authority
     if holder is None:
         raise SpecError(f"no one there holds badge {badge_id}; name the registry that issued it")
-    return held_against(found, holder, key)
+    return held_against(found, holder, authority.fingerprint, authority.public_hex)
 
 
 def lines_of(found: CheckResult) -> list[str]:
@@ -202,14 +189,8 @@ def _who(signer: dict[str, Any]) -> str:
     certificate = signer["certificate"]
     named = f", which a certificate by {certificate['issuer']} gives to {certificate['holder']}" if certificate else ""
     key = f"key {signer['key_sha256'][:32]}… ({signer['algorithm']}){named}"
-    if signer["expected"] is not None:
-        what = " and ".join(EXPECTED[name] for name in signer["expected_by"])
-        return f"{key}; it is {'' if signer['expected'] else 'not '}{what}"
-    what = "key and certificate" if certificate else "key"
-    return (
-        f"{key}; only the {what} in the file itself was used. The report is as that key signed it, but anybody can "
-        "make such a key, so this does not prove who signed. Get the signer's key from the signer, and give it by --key"
-    )
+    what = " and ".join(EXPECTED[name] for name in signer["expected_by"])
+    return f"{key}; it is {'' if signer['expected'] else 'not '}{what}"
 
 
 def _now(now: dict[str, Any]) -> str:

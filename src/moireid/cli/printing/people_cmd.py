@@ -128,6 +128,6 @@ def _summary(event: PrintResult, badges: Sequence[Badge]) -> list[str]:
         times = "once" if alone else f"{count} times"
         lines.append(f"The last page of badges.pdf is the mask: print it {times}, on clear film.")
     lines += ["Print badges.pdf at 100 % and follow assembly.pdf."]
-    lines.append(f"On the card: {front_words(badges[0])}.")
+    lines.append(f"Lay on the print: {front_words(badges[0])}.")
     lines.append(f"What to buy: moireid materials --people {count} --badge {event.folders[0] / 'badge.json'}")
     return lines

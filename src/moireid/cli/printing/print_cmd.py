@@ -195,7 +195,7 @@ def print_one(
     report_mount(printed)
     entered = ", entered in the registry" if registry else ""
     lines = [f"Badge {badge.id} for {badge.name}{entered}:", *(f"  {path}" for path in printed.files.values())]
-    lines += ["Print badge.pdf at 100 % and follow assembly.pdf.", f"On the card: {front_words(badge)}."]
+    lines += ["Print badge.pdf at 100 % and follow assembly.pdf.", f"Lay on the print: {front_words(badge)}."]
     if not order.ink_growth_um:
         lines.append("The printer's ink growth is taken as 0: moireid first-badge measures it, and the sheet.")
     lines.append(f"What to buy: moireid materials --badge {folder / 'badge.json'} --mount {package.parts.printed}")

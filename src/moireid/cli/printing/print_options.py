@@ -16,7 +16,7 @@ from moireid.errors import SpecError
 FORMATS = ("cr80", "a7", "4x3in", "a6", "a5", "webcam", "board")
 ORIENTATIONS = ("landscape", "portrait")
 #: As `artwork.template.TEMPLATES`.
-TEMPLATES = ("plain", "conference", "newsroom", "court", "webcam", "banner", "campus", "minimal", "stripes", "gala")
+TEMPLATES = ("plain", "conference", "newsroom", "court", "webcam", "banner", "campus", "minimal")
 PICTURE = click.Path(path_type=Path, dir_okay=False)
 #: The headings of the help, and the options below each.
 GROUPS = {

@@ -148,7 +148,7 @@ def registry_forget(fingerprint: str, as_json: bool) -> None:
     from moireid.registry.seen import forget, recall
 
     wanted = as_fingerprint(fingerprint)
-    last = recall().heads.get(wanted)
+    last = recall()[1].get(wanted)
     gone = forget(wanted)
     if as_json:
         show_json({"fingerprint": wanted, "forgotten": gone, "seen": None if last is None else str(last)})
@@ -199,14 +199,13 @@ def registry_erase(registry: Registry, claim: str, sure: bool, as_json: bool) ->
     """
     if not sure:
         raise SpecError(f"erasing {claim[:80]!r} cannot be taken back, so nothing was done; add --yes if you mean it")
-    done = registry.erase(claim)
+    entry, cleaned = registry.erase(claim)
     shown = registry.shown_url
     if as_json:
-        show_json({"registry": shown} | asdict(done))
+        show_json({"registry": shown, "subject": entry.subject, "erased_at": entry.time, "cleaned": cleaned})
     else:
-        was = "was" if done.again else "is"
-        echo(f"the holder of badge {done.subject} {was} erased from {shown} since {done.erased_at}")
-    if not done.cleaned:
+        echo(f"the holder of badge {entry.subject} is erased from {shown} since {entry.time}")
+    if not cleaned:
         say(
             "note: the database could not be written anew, so parts of it that are not in use may still hold the data; "
             "close what else uses it, make room on the disk, and give the same command again with the id"

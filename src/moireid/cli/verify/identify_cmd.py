@@ -59,13 +59,13 @@ def identify_command(
 
     Exit code 0: found; 1: no one enrolled; 2: bad input; 3: inconclusive.
     """
-    from moireid.api.asking import AskingTerms, people_scope
+    from moireid.api.asking import asked, search
 
-    terms = AskingTerms(trust, report_standing, witness_check.require if witness_check else None)
-    people = people_scope(registry_url, bundle_path, terms)
+    require = witness_check.require if witness_check else None
+    people = asked(registry_url, bundle_path, trust, report_standing, require)
     films = sealed_reader([video], unsealed=unsealed)
-    with people as scope, films as reader, progress_bar("reading the film") as progress:
-        document, known = scope.search(video, camera, track, reader, progress)
+    with people as (held, standing), films as reader, progress_bar("reading the film") as progress:
+        document, known = search(held, standing, video, camera, track, reader, progress)
     if as_json:
         show_json(document)
     else:

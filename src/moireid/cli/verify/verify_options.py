@@ -66,10 +66,11 @@ class ClaimWish:
 
         Raises: SpecError unless there is one claim and one place to look it up.
         """
-        from moireid.api.asking import AskingTerms, claim_context
+        from moireid.api.asking import claim_context
 
-        terms = AskingTerms(self.trust, report_standing, self.witness_check.require if self.witness_check else None)
-        return claim_context(self.claim, self.badge_json, self.registry_url, self.bundle_path, terms)
+        require = self.witness_check.require if self.witness_check else None
+        place = self.registry_url, self.bundle_path, self.trust
+        return claim_context(self.claim, self.badge_json, *place, report_standing, require)
 
 
 def claim_options(command: Callable[..., Any]) -> Callable[..., Any]:

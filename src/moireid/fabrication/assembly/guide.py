@@ -6,7 +6,7 @@ pieces of lens sheet follow in true size.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 from xml.sax.saxutils import escape
@@ -28,7 +28,6 @@ from moireid.profiles import PAPERS_MM
 if TYPE_CHECKING:
     from reportlab.platypus import Paragraph
 
-    from moireid.fabrication.solid_parts import SolidPart
 
 #: Solids as they are drawn, by "printed" or "acrylic", and by their names.
 DrawnMounts = dict[str, dict[str, Piece]]
@@ -146,13 +145,6 @@ def _draw_steps(sheet: PdfPage, found: list[Step]) -> None:
             found[k].draw(sheet, (x, top, x + wide, top + tall))
             _draw_words(sheet, words[k], x, top + tall, wide)
         top += tall + words_mm + ROW_GAP_MM
-
-
-def draw_mounts(solids: Mapping[str, Sequence[SolidPart]]) -> DrawnMounts:
-    """The solids of "printed" and "acrylic" as they are drawn in the exploded views."""
-    from moireid.fabrication.assembly.solid_views import drawn_solids
-
-    return {shop: drawn_solids(parts) for shop, parts in solids.items()}
 
 
 def _views(build: BuildPlan, drawn: DrawnMounts) -> list[tuple[str, list[Part]]]:

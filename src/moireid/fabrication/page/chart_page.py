@@ -25,19 +25,16 @@ LABEL_GAP_MM, SIDE_GAP_MM = 2.0, 4.0
 NUMBER_MM = 7.0
 
 
-def print_chart(
-    chart: Badge, folder: Path, *, measured_scale: tuple[float, float] = (1.0, 1.0), overwrite: bool = False
-) -> dict[str, Path]:
+def print_chart(chart: Badge, folder: Path, *, overwrite: bool = False) -> dict[str, Path]:
     """Write the sheet and its description into `folder`; both or, where something fails, neither.
 
-    Parameters: measured_scale: as for `pdf.write_badge_pdf`.
     Returns: path by name.
     Raises: SpecError where a file is in the way; FabricationError where the description does not read back.
     """
     planned([folder / PDF, folder / JSON], overwrite=overwrite)
     with tempfile.TemporaryDirectory(prefix=".moireid-", dir=folder) as aside_name:
         aside = Path(aside_name)
-        write_badge_pdf(chart, aside / PDF, measured_scale=measured_scale, write_words=_write_words)
+        write_badge_pdf(chart, aside / PDF, write_words=_write_words)
         write_text(aside / JSON, chart.to_json())
         if load_badge(aside / JSON) != chart:
             raise FabricationError(f"{JSON} does not read back as it was written; report this")

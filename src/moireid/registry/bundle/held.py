@@ -19,7 +19,7 @@ from types import TracebackType
 from moireid.asbuilt import DatedFigures, as_built_from_json
 from moireid.badge import Badge, badge_from_json
 from moireid.errors import RegistryError
-from moireid.provenance import AuthorityKey, BadgeHolder, Provenance
+from moireid.provenance import BadgeHolder, Provenance
 from moireid.question import Question
 from moireid.registry.bundle.bundle_file import BundlePerson, check_expiry, read_bundle_file
 from moireid.registry.checkpoints.checkpoint import checkpoint_from
@@ -171,16 +171,6 @@ class Bundle:
         Witnesses see the log, and not who is in the bundle: for that its authority alone vouches.
         """
         signers(witnesses, self._checkpoint.note, f"of bundle {self.path}")
-
-    def authority_key(self) -> AuthorityKey:
-        """The key by which its authority signs.
-
-        Returns
-        -------
-        AuthorityKey
-            Checked.
-        """
-        return AuthorityKey(self.authority.fingerprint, self.authority.public_hex)
 
     def layouts(self) -> list[Badge]:
         """List a badge without a person for each layout, which is enough to read any badge of the bundle.

@@ -50,10 +50,8 @@ TEMPLATES = [
     ("court", "Court", "Sober: name and office between two lines, the seal above.", "court"),
     ("webcam", "Video call", "Name and lines as large as there is room.", "webcam"),
     ("banner", "Banner", "The name in white on your colour, from edge to edge.", "banner"),
-    ("campus", "Campus", "A tinted card in a serif, the portrait next to the name.", "campus"),
-    ("minimal", "Minimal", "Name and lines at the left, and a line near the edge.", "minimal"),
-    ("stripes", "Stripes", "Fine stripes around a white field, the portrait at the right.", "stripes"),
-    ("gala", "Gala", "For an evening: a serif on a light shade in a double border.", "gala"),
+    ("campus", "Campus", "In a serif, the portrait next to the name.", "campus"),
+    ("minimal", "Minimal", "Name and lines at the left, nothing else.", "minimal"),
 ]
 
 
