@@ -99,8 +99,7 @@ def document_of(cases: Mapping[str, Case], rows: Sequence[Row]) -> dict[str, Any
         for name, count in planned.items()
         if (seconds := [row["s"] for row in rows if row["part"] == name])
     ]
-    questions = [entry for entry in entries if entry["films"]]
-    return {"moireid": __version__, "questions": questions, "parts": taken}
+    return {"moireid": __version__, "questions": [entry for entry in entries if entry["films"]], "parts": taken}
 
 
 def _entry(part: str, question: str, rows: Sequence[Row], older: bool) -> dict[str, Any]:
@@ -108,7 +107,7 @@ def _entry(part: str, question: str, rows: Sequence[Row], older: bool) -> dict[s
     answering = [row for row in rows if question in row["answers"]]
     newest = max(answering, key=lambda row: row["date"], default={"date": "", "version": ""})
     kinds = {row["kind"]: [one for one in answering if one["kind"] == row["kind"]] for row in answering}
-    counts = counted(answering, question)
+    counts, files = counted(answering, question), sorted({one for row in answering for one in row["files"]})
     films_by = part_of(part).films_by
     return {
         "part": part,
@@ -119,9 +118,7 @@ def _entry(part: str, question: str, rows: Sequence[Row], older: bool) -> dict[s
         "interval": [round(end, 4) for end in interval(counts["right"], counts["films"])],
         "command": f"moireid lab bench {part}",
         "older": older,
-        "version": newest["version"]
-        if older
-        else version_of(sorted({one for row in answering for one in row["files"]})),
+        "version": newest["version"] if older else version_of(files),
         "date": newest["date"],
         "kinds": [{"kind": kind, **counted(own, question), **described(own)} for kind, own in kinds.items()],
     }
@@ -136,14 +133,10 @@ def counted(rows: Sequence[Row], question: str) -> dict[str, int]:
 def described(rows: Sequence[Row]) -> dict[str, Any]:
     """The most frequent findings against acceptance; and of each figure the least, the median and the greatest."""
     why = Counter(code for row in rows for code in row.get("why", ())).most_common(3)
-    figures = {name: [row[name] for row in rows if _is_number(row.get(name))] for row in rows for name in row}
+    figures = {name: [row[name] for row in rows if type(row.get(name)) in (int, float)] for row in rows for name in row}
     shown = {
         name: [float(f"{one:.4g}") for one in (min(values), float(np.median(values)), max(values))]
         for name, values in figures.items()
         if values and name not in NOT_FIGURES
     }
     return {"why": ", ".join(code for code, _ in why), "figures": shown}
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool)
