@@ -1,8 +1,7 @@
 """Names: their invisible letters, and the line below a name.
 
 With hidden letters one name passes for another.  Allowed are the few that a script or a picture letter is spelled
-with: joiners where RFC 5892 has them (Persian, Indic scripts), variation selectors of Mongolian, and both after signs
-such as emoji.
+with, after a letter beyond ASCII.
 """
 
 from __future__ import annotations
@@ -32,9 +31,8 @@ INVISIBLE = (
     (0xE0000, 0xE0FFF),
 )
 JOINERS = "\u200c\u200d"
-#: The signs that a picture letter may be followed by: its look as text or as a picture.
-LOOKS = "\ufe0e\ufe0f"
-MONGOLIAN = range(0x1820, 0x18AB)
+#: Letters that a script or a picture letter is spelled with: joiners, and variation selectors of both.
+SPELLING = JOINERS + "\ufe0e\ufe0f\u180b\u180c\u180d\u180e\u180f"
 #: A longer name or line does not fit on a badge, and is too long to type as a claim.
 NAME_LIMIT, MOST_LINES = 200, 4
 #: The columns of a list that hold the lines below a name, from above to below.
@@ -104,32 +102,11 @@ def _invisible(letter: str) -> bool:
 
 
 def _spells(name: str, place: int) -> bool:
-    """Whether the letter at `place` belongs there by the rules of a script."""
-    letter, before = name[place], name[place - 1 : place]
-    if not before:
-        return False
-    if letter in JOINERS:
-        return _joins(name, place)
-    if letter in LOOKS:
-        return unicodedata.category(before) == "So"
-    return 0x180B <= ord(letter) <= 0x180F and ord(before) in MONGOLIAN
+    """Whether the letter at `place` may belong there: other scripts join and vary their letters, ASCII never does.
 
-
-def _joins(name: str, place: int) -> bool:
-    """Whether a joiner is at a place where it changes how letters or picture letters are drawn."""
-    import idna
-
-    if name[place - 1 : place + 2] == "\u09b0\u200d\u09cd":
-        # Bengali ra with the form of ya below it (Unicode Standard, 12.2, Ya-phalaa).
-        return True
-    pictures = name[:place].rstrip(LOOKS)[-1:], name[place + 1 : place + 2]
-    if name[place] == "\u200d" and all(one and unicodedata.category(one) in ("So", "Sk") for one in pictures):
-        return True
-    try:
-        return idna.core.valid_contextj(name, place)
-    except (idna.IDNAError, ValueError):
-        # Letters that its tables do not have: nothing says that the joiner belongs there.
-        return False
+    What it lets through at a wrong place, look-alikes find: they are compared without such letters.
+    """
+    return name[place] in SPELLING and not name[place - 1 : place].isascii()
 
 
 def line_of(print_data: Mapping[str, Any] | None) -> str | None:

@@ -147,17 +147,6 @@ def test_enrolling_while_listing(path):
         assert [record.name for record in stream] in ([], ["Bo"])
 
 
-# Ids that a spoilt reading is like.
-
-
-def test_parts_that_very_many_share_identify_no_one(registry, monkeypatch):
-    """Catches: a million ids that were counted up, all of them compared with one spoilt reading."""
-    monkeypatch.setattr(queries, "MOST_ALIKE", 2)
-    for number in range(3):
-        registry.enroll(badge_of(f"Person {number}", number.to_bytes(8, "big")))
-    assert registry.ids_alike({0: "0000"}) == [] and registry.ids_alike({3: "0002"}) == ["0000000000000002"]
-
-
 def test_search_finds_parts_of_names_and_beginnings_of_ids(registry):
     """Catches: signs of a pattern that act as such, a search that skips or repeats, one without a bound."""
     names = ("Ada Lovelace", "Grace Hopper", "100 % Ada_", "Ágnes Keleti")

@@ -100,7 +100,8 @@ def enroll_command(
     from moireid.registry.changes import checked_reason
 
     # Before a registry is made for it, or films are read.
-    check_replace(replace, reason, "--capture FILM", bool(captures))
+    if replace != (reason is not None) or (replace and not captures):
+        raise SpecError("--replace, --reason TEXT and --capture FILM go together; give all of them, or a capture alone")
     reason = None if reason is None else checked_reason(reason)
     badge = load_badge(badge_json)
     _check_identity(badge, badge_json)
@@ -111,7 +112,7 @@ def enroll_command(
         as_built = _measured(badge, captures, camera, measured_scale, track, unsealed=unsealed)
     with open_registry(registry_url, create=True, actor=actor) as registry:
         registry.check_head()
-        compared = None if as_built is None else show_compared(registry, badge, as_built, reason)
+        compared = None if as_built is None else _show_compared(registry, badge, as_built, reason)
         notes = look_alike_notes([badge], registry)
         record = registry.enroll(badge)
         if as_built is not None:
@@ -122,8 +123,10 @@ def enroll_command(
         else:
             echo(f"{record.name} holds badge {record.id} since {record.issued_at} in {registry.shown_url}")
             if as_built is not None:
-                echo(figures_words(record, as_built))
-        for note in notes + _state_notes(record):
+                echo(_figures_words(record, as_built))
+        if record.revoked_at is not None:
+            notes.append(f"this badge was revoked on {record.revoked_at} ({record.revoked_reason}), and stays revoked")
+        for note in notes:
             say(f"note: {note}")
 
 
@@ -149,20 +152,7 @@ def _measured(
         return checked_figures(reader.read(order, progress).get("result"), badge)
 
 
-def _state_notes(record: Record) -> list[str]:
-    """A sentence if the badge does not count at present."""
-    if record.revoked_at is not None:
-        return [f"this badge was revoked on {record.revoked_at} ({record.revoked_reason}), and stays revoked"]
-    return []
-
-
-def check_replace(replace: bool, reason: str | None, option: str, given: bool) -> None:
-    """Raise SpecError unless --replace, --reason and the option that measures are given together, or only the last."""
-    if replace != (reason is not None) or (replace and not given):
-        raise SpecError(f"--replace, --reason TEXT and {option} go together; give all of them, or {option} alone")
-
-
-def show_compared(registry: Registry, badge: Badge, found: AsBuilt, reason: str | None) -> CaptureComparison:
+def _show_compared(registry: Registry, badge: Badge, found: AsBuilt, reason: str | None) -> CaptureComparison:
     """The capture next to the figures in use, shown where they differ.  Raises: RegistryError if it is refused."""
     from moireid.enrolment import check_figures, compare_with_record
     from moireid.verifier.session.known_figures import side_by_side
@@ -183,16 +173,14 @@ def _figures_json(record: Record, found: AsBuilt | None, compared: CaptureCompar
     return in_use | {"capture": json.loads(found.to_json()), "capture_outcome": compared.outcome}
 
 
-def figures_words(record: Record, found: AsBuilt) -> str:
+def _figures_words(record: Record, found: AsBuilt) -> str:
     """What a capture showed, and what became of it."""
-    shown = f"as built: beat {found.beat_period_mm:.2f} mm, gain {found.gain_ratio:.3f}"
-    shown += ", measured in a live check" if found.witnessed else f", measured in {counted(found.captures, 'film')}"
-    in_use = json.loads(record.as_built or "{}")
-    if record.as_built_at is not None and in_use != json.loads(found.to_json()):
-        seen = " and count as seen in a live check" if in_use.get("witnessed") else ""
-        return f"{shown}; these agree with the figures known since {record.as_built_at[:10]}, which stay in use{seen}"
+    films = counted(found.captures, "film")
+    shown = f"as built: beat {found.beat_period_mm:.2f} mm, gain {found.gain_ratio:.3f}, measured in {films}"
+    if record.as_built_at is not None and json.loads(record.as_built or "{}") != json.loads(found.to_json()):
+        return f"{shown}; these agree with the figures known since {record.as_built_at[:10]}, which stay in use"
     count = len(record.earlier_figures)
-    return f"{shown}; {count} earlier set{'' if count == 1 else 's'} of figures stay on record" if count else shown
+    return f"{shown}; {counted(count, 'earlier set')} of figures stay on record" if count else shown
 
 
 def _check_identity(badge: Badge, source: Path) -> None:

@@ -2,7 +2,6 @@
 
 family.py        the interface of a code family, and the measured figures of a cell
 words.py         payload <-> code word of both families: check and Reed-Solomon
-partial.py       a word that cannot be corrected, compared with those of known people
 pitch.py         the beat-frequency identity: bands, each with its own pitch; 24 bits; arithmetic of beat levels
 spacing.py       non-uniform line spacing: cells of shifted lines, and a personal beat; 64 or 128 bits
 families.py      both families by name
@@ -11,17 +10,14 @@ specimen.py      a badge without a holder, with the layout of another
 
 from moireid.idcodes.families import family_named, spells_its_id
 from moireid.idcodes.family import CellReading, CodeFamily, DecodeResult
-from moireid.idcodes.partial import WRONG_PERSON, PartialWord
 from moireid.idcodes.pitch import PitchFamily
 from moireid.idcodes.spacing import SpacingFamily
 from moireid.idcodes.specimen import specimen_of
 
 __all__ = [
-    "WRONG_PERSON",
     "CellReading",
     "CodeFamily",
     "DecodeResult",
-    "PartialWord",
     "PitchFamily",
     "SpacingFamily",
     "family_named",

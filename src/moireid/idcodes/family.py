@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from moireid.badge import Cell, Grating
-from moireid.idcodes.partial import PartialWord
 
 
 @dataclass(frozen=True)
@@ -64,8 +63,6 @@ class DecodeResult:
         1 where every reading lies on its place, 0 where the median one is as near to its neighbour.
     beats_agree : bool or None
         Whether the differences of the beats are those of the payload; None where no beat could be read.
-    partial : PartialWord or None
-        The word as it was read, where it spells no payload and the family can compare such words.
     """
 
     payload: bytes | None
@@ -74,7 +71,6 @@ class DecodeResult:
     corrected: int
     margin: float
     beats_agree: bool | None = True
-    partial: PartialWord | None = None
 
 
 class CodeFamily(Protocol):

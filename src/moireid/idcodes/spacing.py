@@ -15,12 +15,10 @@ import itertools
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
-from functools import partial
 
 from moireid.badge import Cell, Grating
 from moireid.errors import CodeError
 from moireid.idcodes.family import CellReading, DecodeResult
-from moireid.idcodes.partial import PartialWord
 from moireid.idcodes.pitch import UNCLEAR_BEYOND_STEPS, code_of, level_pitch_mm, line_up, steps_from_reference
 from moireid.idcodes.words import MAX_TRIES, WordCode
 from moireid.layers import is_smooth
@@ -95,7 +93,7 @@ class SpacingFamily:
         Returns
         -------
         DecodeResult
-            Its `partial` holds the word where it spells no payload.
+            Its payload is None where the readings spell none.
 
         Raises
         ------
@@ -121,12 +119,7 @@ class SpacingFamily:
         by_byte = [doubts[k : k + CELLS_PER_BYTE] for k in range(0, used, CELLS_PER_BYTE)]
         unclear = sum(max(of_byte) > UNCLEAR_BEYOND_TURNS for of_byte in by_byte)
         if found is None:
-            beats = partial(_beats_agree, readings=readings, gratings=gratings)
-            octets = tuple(
-                None if math.inf in of_byte else octet
-                for of_byte, octet in zip(by_byte, _octets(cells[:used]), strict=True)
-            )
-            return DecodeResult(None, word.word_bytes, unclear, 0, margin, partial=PartialWord(word, octets, beats))
+            return DecodeResult(None, word.word_bytes, unclear, 0, margin)
         payload, corrected = found
         return DecodeResult(
             payload, word.word_bytes, unclear, corrected, margin, _beats_agree(payload, readings, gratings)

@@ -23,9 +23,8 @@ if TYPE_CHECKING:
 Model = TypeVar("Model")
 #: Frames read, and the number expected.
 Count = Annotated[int, Meta(ge=0, le=1_000_000_000)]
-#: The identity, or a part of it, that a film seems to show.
+#: The identity that a film seems to show.
 Hex = Annotated[str, Meta(pattern=r"^[0-9a-f]{1,32}\Z")]
-Part = Annotated[str, Meta(pattern=r"^[0-9a-f]{4}\Z")]
 #: What identification adds to a report, or answers without one; `reasons` as in a report.
 IDENTIFIED = {
     "type": "object",
@@ -45,16 +44,14 @@ class FilmAnswer(msgspec.Struct, forbid_unknown_fields=True):
 
 
 class RegistryQuestion(msgspec.Struct, forbid_unknown_fields=True):
-    """What identification asks: whether an id is enrolled, or which ids have such parts at their places, 0 to 3."""
+    """What identification asks: whether an id is enrolled."""
 
-    holds: Hex | None = None
-    alike: dict[Annotated[int, Meta(ge=0, le=3)], Part] | None = None
+    holds: Hex
 
 
 def answer_to(question: object, enrolled: EnrolledPeople, film: object) -> Any:
     """The answer to a question of the process that reads a film.  Raises: MediaError if it is none."""
-    asked = checked(question, RegistryQuestion, film)
-    return enrolled.holds(asked.holds) if asked.holds is not None else list(enrolled.alike(asked.alike or {}))
+    return enrolled.holds(checked(question, RegistryQuestion, film).holds)
 
 
 class MalformedAnswer(MediaError):

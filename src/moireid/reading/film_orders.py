@@ -7,7 +7,7 @@ Convention: an order holds no key, no registry and no address.  Results are sent
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -59,10 +59,6 @@ class EnrolledQuestions:
     def holds(self, badge_id: str) -> bool:
         """Whether that id is enrolled, and its badge counts at present."""
         return bool(self._ask({"holds": badge_id}))
-
-    def alike(self, parts: Mapping[int, str]) -> list[str]:
-        """Ids, revoked or not, of which a part reads so."""
-        return list(self._ask({"alike": dict(parts)}))
 
 
 def identify_film(

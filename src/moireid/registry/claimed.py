@@ -6,7 +6,7 @@ The command line and the studio both use this, so that a claim has the same mean
 from __future__ import annotations
 
 import unicodedata
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 
@@ -148,13 +148,9 @@ class People:
     ----------
     holder : callable
         From an id, hex digits of any case, to its `BadgeHolder`, revoked or not, or None.
-    alike : callable
-        From parts of an id to the ids, revoked or not, that agree with one of them, as `Registry.ids_alike`; by default
-        to none, as an id of which only a part was read correctly opens no seal of a bundle.
     """
 
     holder: Callable[[str], BadgeHolder | None]
-    alike: Callable[[Mapping[int, str]], list[str]] = lambda parts: []
 
     def holds(self, badge_id: str) -> bool:
         """Check whether an id is enrolled, and its badge counts at present.
@@ -196,4 +192,4 @@ class People:
 
 def people_of(registry: Registry) -> People:
     """Everyone in a registry."""
-    return People(partial(holder_of, registry), registry.ids_alike)
+    return People(partial(holder_of, registry))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import unicodedata
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 
 from sqlalchemy import ColumnElement, and_, func, or_, select
@@ -16,12 +16,10 @@ from moireid.registry.ledger import Ledger
 from moireid.registry.log import ERASE, check_signed
 from moireid.registry.look_alikes import folded_skeleton, skeleton
 from moireid.registry.record import Record, storable
-from moireid.registry.schema import badges, log, select_alike, select_layouts, select_named_so, select_records
+from moireid.registry.schema import badges, log, select_layouts, select_named_so, select_records
 
 #: Records fetched at a time: few enough for the memory, and no lock is held while the caller looks at them.
 PAGE = 200
-#: Of a million ids drawn at random some sixty share a part with a reading.
-MOST_ALIKE = 2000
 
 
 @dataclass(frozen=True)
@@ -132,23 +130,6 @@ class RegistryQueries:
         query = select_records().where(badges.c.id == as_id(badge_id))
         rows = self._ledger.rows(query) if storable(badge_id) else []
         return self._ledger.record(rows[0]) if rows else None
-
-    def ids_alike(self, parts: Mapping[int, str]) -> list[str]:
-        """Find the issued ids, revoked or not, that agree with at least one of these parts.
-
-        Parameters
-        ----------
-        parts : mapping of int to str
-            Place 0 to 3 to the four lower-case hex digits there.
-
-        Returns
-        -------
-        list of str
-            Empty if more than `MOST_ALIKE` do: ids that were numbered in order share their first parts, which then
-            identify no one.  Their records are not checked here; `by_id` does that.
-        """
-        rows = self._ledger.rows(select_alike(parts).limit(MOST_ALIKE + 1)) if parts else []
-        return [row.id for row in rows] if len(rows) <= MOST_ALIKE else []
 
     def look_alikes(self, names: Iterable[str]) -> dict[str, list[Record]]:
         """Find people whose names look like these and are others.

@@ -8,14 +8,13 @@ hashes, what is signed, or what names look like, because old keys, signatures an
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 from sqlalchemy import (
     BigInteger,
     CheckConstraint,
     Column,
-    ColumnElement,
     Connection,
     Index,
     Integer,
@@ -23,10 +22,7 @@ from sqlalchemy import (
     MetaData,
     Table,
     Text,
-    and_,
     func,
-    literal_column,
-    or_,
     select,
 )
 
@@ -78,22 +74,6 @@ Index("badges_by_layout", badges.c.layout_key, badges.c.id)
 # What a name looks like, and what it looks like in lower case and plain width.
 Index("badges_by_skeleton", badges.c.skeleton)
 Index("badges_by_folded", badges.c.folded)
-#: An id is also found by any of its first parts of this many digits: a damaged reading may have one part right.
-PART_DIGITS, PARTS = 4, 4
-
-
-def id_part(place: int) -> ColumnElement[str]:
-    """Part `place` of an id, as the indexes hold it."""
-    begin: ColumnElement[int] = literal_column(str(1 + PART_DIGITS * place))
-    digits: ColumnElement[int] = literal_column(str(PART_DIGITS))
-    # Of type Text without a collation: a query with one could not use PostgreSQL's index.
-    return func.substr(badges.c.id, begin, digits, type_=Text())
-
-
-# The first part needs none: it is the beginning of the primary key.
-for _place in range(1, PARTS):
-    Index(f"badges_by_part{_place}", id_part(_place))
-
 log = Table(
     "log",
     metadata,
@@ -146,14 +126,6 @@ def select_records() -> AnySelect:
         .scalar_subquery()
     )
     return select(badges, newest.label("newest"))
-
-
-def select_alike(parts: Mapping[int, str]) -> AnySelect:
-    """The ids that have one of these parts (place -> digits)."""
-    # The sign ~ sorts after all digits.
-    begins = [and_(badges.c.id >= digits, badges.c.id <= f"{digits}~") for place, digits in parts.items() if place == 0]
-    inside = [id_part(place) == digits for place, digits in parts.items() if place > 0]
-    return select(badges.c.id).where(or_(*begins, *inside)).order_by(badges.c.id)
 
 
 def select_layouts() -> AnySelect:

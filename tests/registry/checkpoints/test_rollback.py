@@ -37,7 +37,6 @@ READERS: dict[str, Callable[[Registry], object]] = {
     "layouts": lambda registry: registry.layouts(),
     "count": lambda registry: registry.count(),
     "entries": lambda registry: registry.entries(),
-    "ids_alike": lambda registry: registry.ids_alike({0: str(badge_of("Ada").id)[:4]}),
     "look_alikes": lambda registry: registry.look_alikes(["Ada"]),
     "erased_at": lambda registry: registry.erased_at("00" * 8),
     "head": lambda registry: registry.head(),

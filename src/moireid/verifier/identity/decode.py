@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any, Literal
 
-from moireid.idcodes import CellReading, DecodeResult, PartialWord, family_named, specimen_of
+from moireid.idcodes import CellReading, DecodeResult, family_named, specimen_of
 from moireid.optics import beat_period_mm
 from moireid.provenance import Seal
 from moireid.verifier import measuring
@@ -33,9 +33,8 @@ IdentityVerdict = Literal["match", "mismatch", "unreadable", "not_claimed"]
 class Identity:
     """Outcome of the identity test; beat periods of the reference cell in page mm.
 
-    beats_agree: whether the rows' beats belong to the decoded id, None if no row is readable; partial: the symbols
-    read, if they cannot be decoded; built_since: since when the figures that it was compared with are on record;
-    cell_motion, rows_apart: as in `CellReadings`.
+    beats_agree: whether the rows' beats belong to the decoded id, None if no row is readable; built_since: since when
+    the figures that it was compared with are on record; cell_motion, rows_apart: as in `CellReadings`.
     """
 
     verdict: IdentityVerdict
@@ -49,7 +48,6 @@ class Identity:
     built_since: str | None = None
     score: float | None = None
     beats_agree: bool | None = True
-    partial: PartialWord | None = None
     cell_motion: CellMotion | None = None
     rows_apart: RowsApart = TOGETHER
 
@@ -159,7 +157,6 @@ def judge_identity(
         symbol_errors_corrected=decoded.corrected if decoded else 0,
         score=score,
         beats_agree=decoded.beats_agree if decoded else True,
-        partial=decoded.partial if decoded else None,
     )
 
 

@@ -7,14 +7,13 @@ of the enrolled people that agree in part.  A film whose fringes break the motio
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, Literal, Protocol
 
 from moireid.badge import Badge
 from moireid.errors import CodeError, SpecError
 from moireid.files import AnyPath
-from moireid.idcodes import PartialWord
 from moireid.question import KnownCamera, Question
 from moireid.verifier.identity.decode import Identity
 from moireid.verifier.reasons import Reason
@@ -30,9 +29,6 @@ class EnrolledPeople(Protocol):
 
     def holds(self, badge_id: str) -> bool:
         """Whether that id is enrolled, and its badge counts at present."""
-
-    def alike(self, parts: Mapping[int, str]) -> Iterable[str]:
-        """Ids, revoked or not, that agree with one part; parts: place -> hex digits, as `PartialWord.parts`."""
 
 
 @dataclass(frozen=True)
@@ -110,7 +106,7 @@ def identify(
 
     Notes
     -----
-    Convention: "found" needs an enrolled id, decoded or found by `PartialWord`, *and* the invariant.  "nobody" is a
+    Convention: "found" needs an enrolled id that is decoded, *and* the invariant.  "nobody" is a
     readable badge that is not enrolled, or fringes that break the law.
     Source: `verify` without a question, once for each layout.
     """
@@ -162,7 +158,7 @@ def _whose(identity: Identity, enrolled: EnrolledPeople) -> tuple[str | None, Re
     """The enrolled id that was read, if any, and the reason."""
     read = identity.decoded_id
     if read is None:
-        return _nearest(identity.partial, enrolled)
+        return None, Reason("identity", "undecided", None, None, "", "No identity can be read from the badge.")
     if not enrolled.holds(read):
         text = (
             "No one in this registry holds the badge that is shown: it was never issued here, was revoked, or its "
@@ -179,23 +175,3 @@ def _whose(identity: Identity, enrolled: EnrolledPeople) -> tuple[str | None, Re
         if reason.code == "cells_move" and reason.level != "pass":
             return None, reason
     return read, Reason("enrolled", "pass", read, None, "", "The badge's code is that of an enrolled badge.")
-
-
-def _nearest(word: PartialWord | None, enrolled: EnrolledPeople) -> tuple[str | None, Reason]:
-    """The one enrolled id whose code word agrees with the reading better than chance allows."""
-    unread = Reason("identity", "undecided", None, None, "", "No identity can be read from the badge.")
-    if word is None:
-        return None, unread
-    # Revoked ids take part too; otherwise the next best id would be named in their place.
-    near = {candidate: word.agreeing(bytes.fromhex(candidate)) for candidate in enrolled.alike(word.parts())}
-    near = {candidate: agreeing for candidate, agreeing in near.items() if word.identifies(agreeing)}
-    if len(near) != 1:
-        return None, unread
-    found, agreeing = next(iter(near.items()))
-    if word.beats_agree(bytes.fromhex(found)) is not True or not enrolled.holds(found):
-        return None, unread
-    text = (
-        f"Too much of the badge's code is wrong to correct it, but {agreeing} of its {len(word.octets)} parts are "
-        f"those of one enrolled badge. The chance that another agrees so well is {word.wrong_person(agreeing):.0e}."
-    )
-    return found, Reason("enrolled", "pass", found, None, "", text)

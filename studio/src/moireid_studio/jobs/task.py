@@ -45,9 +45,9 @@ class Task:
     arguments: dict[str, Any] = field(default_factory=dict)
 
 
-#: An honest film asks, for each layout: is the id that was read enrolled?  Or: which ids are alike, and is the one that
-#: agrees enrolled (`verifier.session.identify`).  More questions would list the registry's ids.
-MOST_OF_A_LAYOUT = 2
+#: An honest film asks, for each layout: is the id that was read enrolled (`verifier.session.identify`)?  More questions
+#: would list the registry's ids.
+MOST_OF_A_LAYOUT = 1
 
 
 def with_name(result: dict[str, Any], people: People) -> dict[str, Any]:
