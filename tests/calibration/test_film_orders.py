@@ -20,9 +20,8 @@ def test_a_film_of_a_chart_reaches_no_other_file(chart: str, tmp_path: Path, mon
     (tmp_path / "film.mp4").write_bytes(b"a film")
     monkeypatch.chdir(tmp_path)
 
-    for name in ("SheetOrder", "CameraOrder"):
-        order = HostileOrder("steal", str(tmp_path / "secret"))
-        monkeypatch.setattr(f"moireid.calibration.film_orders.{name}", lambda *given, order=order: order)
+    order = HostileOrder("steal", str(tmp_path / "secret"))
+    monkeypatch.setattr("moireid.cli.pitch_cmd.partial", lambda *_, **__: order)
     words = ["calibrate", "film.mp4", "--camera", "--out", "camera.yaml"]
     if chart == "sheet":
         assert CliRunner().invoke(moireid, ["pitch-test", "--out", "chart"]).exit_code == 0

@@ -84,9 +84,6 @@ def test_every_promised_file_is_there(folder: tuple[Path, package.PrintResult, l
     assert {path.name for path in place.iterdir()} == set(printed.files) == names
     assert {name for line in steps for name in line.replace(",", " ").split() if "." in name} == names - {"badge.json"}
     assert printed.mount_mass_g is not None and 12 < printed.mount_mass_g < 30
-    figures = printed.mount_figures
-    assert (figures["kerf_mm"], figures["base_mm"], figures["frame_mm"]) == (0.2, 4.0, 2.0)
-    assert max(figures["twist_deg"], figures["acrylic_twist_deg"]) < 0.3
     assert "CUT-ACRYLIC-4MM" in printed.files["acrylic-4mm.dxf"].read_text()
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shlex
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -196,7 +197,7 @@ def calibrate_command(
     if chart_json is None:
         raise SpecError("give the pitch-test.json of the chart as --chart, or --camera to calibrate a camera")
     from moireid.badge import load_badge
-    from moireid.calibration.film_orders import SheetOrder, film_read
+    from moireid.calibration.film_orders import film_read, send_sheet
     from moireid.calibration.sheet_reading import SheetReading, printer_profile
     from moireid.designer.order import parse_scale
     from moireid.files import planned
@@ -210,9 +211,10 @@ def calibrate_command(
     planned(outs, overwrite=overwrite, make_folders=False, kept=[chart_json, photo])
     scales = parse_scale(scale_text) if scale_text else None
     chart = load_badge(chart_json)
-    order = SheetOrder(photo, chart, distance, focal_px, scales and scales[0])
+    known = partial(send_sheet, distance_m=distance, focal_px=focal_px, measured_scale=scales and scales[0])
+    order = partial(known, film=photo, chart=chart)
     with sealed_reader([photo], unsealed=unsealed) as reader, progress_bar("reading the pitch test") as progress:
-        found = film_read(order, SheetReading, reader, progress)
+        found = film_read(order, SheetReading, photo, reader, progress)
     _say_notes(found)
     planned(outs, overwrite=overwrite, kept=[chart_json, photo])
     if printer_out is not None:
@@ -236,12 +238,12 @@ def _camera(film: Path | None, out: Path, paper: str, *, unsealed: bool, overwri
             echo(f"{out}: print it at true size, glue it to something flat, and film it from all sides")
         return
     from moireid.calibration.camera_fit import CameraFound, write_camera
-    from moireid.calibration.film_orders import CameraOrder, film_read
+    from moireid.calibration.film_orders import film_read, send_camera
     from moireid.files import planned
 
     planned([out], overwrite=overwrite, kept=[film])
     with sealed_reader([film], unsealed=unsealed) as reader, progress_bar("looking for the chart") as progress:
-        found = film_read(CameraOrder(film), CameraFound, reader, progress)
+        found = film_read(partial(send_camera, film=film), CameraFound, film, reader, progress)
     write_camera(found, out)
     if as_json:
         figures = asdict(found) | {"focal_px": found.focal_px}

@@ -171,7 +171,7 @@ def print_event(
         solids = shape_parts(badges[0], parts)
         work = partial(_write_person, measured_scale=measured_scale)
         with _shared(work, badges, [aside / name for name in names], processes) as people_made:
-            mass_g, mount_figures = write_parts(badges[0], parts, aside, lambda file: None, solids)
+            mass_g = write_parts(badges[0], parts, aside, lambda file: None, solids)
             build = BuildPlan(
                 badges[0], parts.printed, parts.acrylic, parts.figures, maker, parts.mount_plan, for_all=True
             )
@@ -185,9 +185,7 @@ def print_event(
         (aside / SUMMARY).write_text(_summary(names, badges, parts), encoding="utf-8-sig", newline="")
     files_made = {name: folder / name for name in (*OWN_FILES, *parts.files)}
     folders = tuple(folder / name for name in names)
-    return PrintResult(
-        files_made, mass_g, mount_figures, parts.left_out, stale, spared, folders, sheet_count, to_a_sheet
-    )
+    return PrintResult(files_made, mass_g, parts.left_out, stale, spared, folders, sheet_count, to_a_sheet)
 
 
 def event_files(badges: Sequence[Badge], parts: Parts) -> list[str]:

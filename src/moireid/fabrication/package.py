@@ -43,8 +43,6 @@ class PrintResult:
         The files by name; of an event those for all people.
     mount_mass_g : float or None
         Mass of the printed mount, g; None without one.
-    mount_figures : dict of str to float
-        The mount's other figures; units are in their names.
     left_out : dict of str to str
         Why "printed" or "acrylic" was not made, though a mount was asked for.
     removed : tuple of Path
@@ -59,7 +57,6 @@ class PrintResult:
 
     files: dict[str, Path]
     mount_mass_g: float | None
-    mount_figures: dict[str, float]
     left_out: dict[str, str]
     removed: tuple[Path, ...]
     moved_aside: dict[Path, Path]
@@ -72,7 +69,6 @@ class PrintResult:
         return {
             "files": {name: str(path) for name, path in self.files.items()},
             "mount_mass_g": self.mount_mass_g,
-            "mount_figures": self.mount_figures,
             "left_out": self.left_out,
             "removed": [str(path) for path in self.removed],
             "moved_aside": {str(old): str(new) for old, new in self.moved_aside.items()},
@@ -154,8 +150,8 @@ def print_badge(
         write_assembly_pdf(build, aside / ASSEMBLY, solids.drawn)
         say(LOOKS)
         write_looks(badge, aside / LOOKS)
-        mass_g, mount_figures = write_parts(badge, parts, aside, say, solids, picture)
-    return PrintResult({name: folder / name for name in names}, mass_g, mount_figures, parts.left_out, stale, spared)
+        mass_g = write_parts(badge, parts, aside, say, solids, picture)
+    return PrintResult({name: folder / name for name in names}, mass_g, parts.left_out, stale, spared)
 
 
 @contextmanager

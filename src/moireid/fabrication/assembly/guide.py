@@ -49,7 +49,7 @@ TICK_MM = 4.0
 def write_assembly_pdf(build: BuildPlan, path: Path, drawn: DrawnMounts) -> None:
     """Write the sheet of parts and steps, whole or not at all.
 
-    Parameters: drawn: the solids of "printed" and "acrylic" as they are drawn, by `draw_mounts`.
+    Parameters: drawn: the solids of "printed" and "acrylic" as they are drawn.
     """
     badge = build.badge
     views = _views(build, drawn)

@@ -17,7 +17,7 @@ from moireid.badge import Badge
 from moireid.errors import FabricationError
 from moireid.fabrication.part_colours import COLOURS, kind_of
 from moireid.fabrication.printed.holders import HolderBody, as_printed, in_use, plan_holder, shape_holder
-from moireid.fabrication.printed.tray import TrayPlan, plan_tray, seated_twist_deg
+from moireid.fabrication.printed.tray import TrayPlan, plan_tray
 from moireid.fabrication.printed.tray_shape import shape_tray
 from moireid.fabrication.process_figures import BED_MM, LEAST_WALL_MM, MountProcess
 from moireid.fabrication.solids import (
@@ -54,16 +54,13 @@ class Body:
 class MountReport:
     """The files that were written and checked, and what the parts will be.
 
-    stls: one a body; mass_g: of solid PLA; figures: of a tray twist_deg, the most that page and lens
-    may be turned against each other when both touch their register edges, and press_mm, how far the springs are
-    bent, which is more than none, so that no air is left between page and lens.
+    stls: one a body; mass_g: of solid PLA.
     """
 
     stls: tuple[Path, ...]
     three_mf: Path
     mass_g: float
     bodies: tuple[Body, ...]
-    figures: dict[str, float]
 
 
 #: Figures of a mount, checked: of a tray, and of what carries it.
@@ -155,8 +152,7 @@ def write_mount(
         check_3mf(new_3mf, [body.expected for body in bodies], colours)
         _check_bodies(bodies, meshes, tray, process)
     mass_g = sum(body.expected.volume_mm3 for body in bodies) * PLA_G_PER_MM3
-    figures = {"twist_deg": seated_twist_deg(tray, process), "press_mm": process.preload_mm}
-    return MountReport(stls, three_mf, mass_g, bodies, figures)
+    return MountReport(stls, three_mf, mass_g, bodies)
 
 
 def _holder_body(b3d: Any, holder: HolderBody, plan: TrayPlan, process: MountProcess) -> Body:
