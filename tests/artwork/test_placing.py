@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from kit.set_rows import box_mm
 from moireid.artwork.clear import GRATING_MM, MARKER_MODULES, areas_of, clear_zones
 from moireid.artwork.columns import dressed, files_below
 from moireid.artwork.content import Artwork, with_lines
@@ -60,7 +61,7 @@ def assert_within(piece: ArtPiece, badge: Badge) -> None:
     """All rows lie in the piece's room, in letters that can be read."""
     x0, y0, x1, y1 = piece.rect_mm
     for row in set_words(piece, badge.id):
-        left, _, right, _ = row.box_mm
+        left, _, right, _ = box_mm(row)
         assert x0 - 1e-6 <= left and right <= x1 + 1e-6
         assert y0 - 1e-6 <= row.baseline_mm - 0.73 * row.points / 72 * 25.4 and row.baseline_mm <= y1 + 1e-6
         assert row.points >= (piece.least_points if piece.kind == "words" else 2.5) - 1e-9

@@ -21,8 +21,9 @@ if TYPE_CHECKING:
     from PIL import Image
 
     from moireid.fabrication.acrylic.plates import AcrylicPlan
-    from moireid.fabrication.printed.mount import Body, MountPlan, MountReport
+    from moireid.fabrication.printed.mount import MountPlan, MountReport
     from moireid.fabrication.solid_parts import SolidPart
+    from moireid.fabrication.solids import Body
 
 #: Kinds of the printed mount, as `printed.mount.SLOTS`; or none.
 MOUNTS = ("lanyard", "clip", "stand", "none")

@@ -179,8 +179,7 @@ def twice(mesh: Any) -> None:
 def test_damaged_mesh_is_refused(
     damage: Callable[[Any], None], complaint: str, report: MountReport, tmp_path: Path
 ) -> None:
-    volume_mm3 = report.bodies[0].expected.volume_mm3
-    expected = solids.ExpectedSolid(volume_mm3, (-75.3, -82.3, -1.6), (75.3, 92.0, 3.0))
+    expected = replace(report.bodies[0], lower_mm=(-75.3, -82.3, -1.6), upper_mm=(75.3, 92.0, 3.0))
     solids.check_stl(report.stls[0], expected)
     mesh = trimesh.load_mesh(report.stls[0])
     damage(mesh)

@@ -72,7 +72,7 @@ def _draw_parts(sheet: PdfPage, build: BuildPlan, views: list[tuple[str, list[Pa
         sheet.text(LEFT_MM, TOP_MM, "How to build these badges", points=16, font=BOLD, align="left")
     else:
         # As the badge itself is lettered.
-        line = shape_line(set_name(build.badge.name).words, bold=True)
+        line = shape_line(set_name(build.badge.name)[0], bold=True)
         sheet.line(LEFT_MM, TOP_MM, line, points=min(18.0, NAME_MM * POINTS_PER_MM / max(line.width_em, 1e-9)))
         sheet.text(LEFT_MM, TOP_MM + 6, f"How to build this badge · moireid {build.badge.id}", points=9, align="left")
     adhesive = filter(None, [assembly_words.glue_note(build)])

@@ -22,7 +22,7 @@ from moireid.fabrication.printed.tray_shape import shape_tray
 from moireid.fabrication.process_figures import BED_MM, LEAST_WALL_MM, MountProcess
 from moireid.fabrication.solids import (
     CAD_PACKAGES,
-    ExpectedSolid,
+    Body,
     cad_package,
     check_3mf,
     check_overhangs,
@@ -38,16 +38,6 @@ from moireid.files import AnyPath, as_path, planned, whole_file
 SLOTS = {"lanyard": 2, "clip": 1, "stand": 0}
 KINDS = tuple(SLOTS)
 PLA_G_PER_MM3 = 1.24e-3
-
-
-@dataclass(frozen=True)
-class Body:
-    """One printed body: its solid as it lies on the bed, its expected measures, and the move to its place in use."""
-
-    name: str
-    on_bed: Any
-    used: Any
-    expected: ExpectedSolid
 
 
 @dataclass(frozen=True)
@@ -106,7 +96,7 @@ def mount_bodies(
         lower = (-tray.out_x, tray.bottom, -process.back_mm)
         upper = (tray.out_x, tray.tab_top, tray.lip_top)
         shape = shape_tray(b3d, tray, process)
-        bodies = [Body("tray", shape, shape, ExpectedSolid(float(shape.volume), lower, upper))]
+        bodies = [Body("tray", shape, shape, float(shape.volume), lower, upper)]
         if holder:
             bodies.append(_holder_body(b3d, holder, tray, process))
     except (ValueError, RuntimeError) as error:
@@ -145,13 +135,13 @@ def write_mount(
         meshes = []
         for body, new in zip(bodies, new_stls, strict=True):
             export_stl(body.on_bed, new, tolerance_mm=tolerance_mm)
-            meshes.append(check_stl(new, body.expected))
+            meshes.append(check_stl(new, body))
             check_overhangs(meshes[-1], body.name)
         colours = [COLOURS[kind_of(body.name)] for body in bodies]
         export_3mf([(body.name, mesh) for body, mesh in zip(bodies, meshes, strict=True)], new_3mf, colours)
-        check_3mf(new_3mf, [body.expected for body in bodies], colours)
+        check_3mf(new_3mf, bodies, colours)
         _check_bodies(bodies, meshes, tray, process)
-    mass_g = sum(body.expected.volume_mm3 for body in bodies) * PLA_G_PER_MM3
+    mass_g = sum(body.volume_mm3 for body in bodies) * PLA_G_PER_MM3
     return MountReport(stls, three_mf, mass_g, bodies)
 
 
@@ -159,7 +149,7 @@ def _holder_body(b3d: Any, holder: HolderBody, plan: TrayPlan, process: MountPro
     shape = shape_holder(b3d, holder)
     location, lower, upper = as_printed(b3d, holder, plan, process)
     used = shape.moved(in_use(b3d, holder, plan))
-    return Body(holder.name, shape.moved(location), used, ExpectedSolid(float(shape.volume), lower, upper))
+    return Body(holder.name, shape.moved(location), used, float(shape.volume), lower, upper)
 
 
 def _check_bed(name: str, *sides_mm: float) -> None:
@@ -177,7 +167,7 @@ def _check_bodies(bodies: tuple[Body, ...], meshes: list[Any], plan: TrayPlan, p
     levels.append(plan.rim_top + (process.lip_mm - plan.chamfer) / 2)
     check_walls(solid_of(meshes[0]), levels, LEAST_WALL_MM, "tray")
     for body, mesh in zip(bodies[1:], meshes[1:], strict=True):
-        low, high = body.expected.lower_mm[2], body.expected.upper_mm[2]
+        low, high = body.lower_mm[2], body.upper_mm[2]
         check_walls(
             solid_of(mesh), [low + share * (high - low) for share in (0.04, 0.5, 0.9)], LEAST_WALL_MM, body.name
         )
