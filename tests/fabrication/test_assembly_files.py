@@ -17,6 +17,7 @@ from moireid.errors import FabricationError
 from moireid.fabrication import package, solid_parts
 from moireid.fabrication.acrylic.plates import AcrylicPlan, plan_acrylic
 from moireid.fabrication.assembly_files import write_assembly_step
+from moireid.fabrication.mount_parts import plan_parts
 from moireid.fabrication.printed.mount import KINDS
 from moireid.fabrication.process_figures import mount_figures
 from moireid.fabrication.solid_parts import acrylic_parts, check_parts, mount_solids
@@ -59,7 +60,7 @@ def folder(ada: Badge, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, 
     steps: list[str] = []
     place = tmp_path_factory.mktemp("ada")
     figures = mount_figures({"kerf_mm": 0.2, "base_mm": 4})
-    return place, package.print_badge(ada, place, mount="clip", figures=figures, progress=steps.append), steps
+    return place, package.print_badge(ada, place, parts=plan_parts(ada, "clip", figures), progress=steps.append), steps
 
 
 @pytest.mark.slow

@@ -224,21 +224,17 @@ _RELATIONS = (
 )
 
 
-def export_3mf(bodies: list[tuple[str, Any]], path: Path, colours: Sequence[Rgba] = ()) -> None:
-    """Write named trimesh bodies as the objects of one 3MF file, mm; colours: of each body, or none.
+def export_3mf(bodies: Sequence[tuple[str, Any, Rgba]], path: Path) -> None:
+    """Write named trimesh bodies as the objects of one 3MF file, mm, each in its colour.
 
     Source: 3MF core specification 1.3, sections 3 to 5 (base materials).
     """
-    objects, items = [], []
-    shades = "".join(
-        f'<base name={quoteattr(name)} displaycolor="#{bytes(colour).hex().upper()}"/>'
-        for (name, _), colour in zip(bodies, colours, strict=bool(colours))
-    )
+    shades, objects, items = [], [], []
     # Resources share one row of ids, and a group must come before the objects that name it.
     group = len(bodies) + 1
-    materials = f'<basematerials id="{group}">{shades}</basematerials>' if shades else ""
-    for number, (name, mesh) in enumerate(bodies, start=1):
-        shade = f' pid="{group}" pindex="{number - 1}"' if shades else ""
+    for number, (name, mesh, colour) in enumerate(bodies, start=1):
+        shades.append(f'<base name={quoteattr(name)} displaycolor="#{bytes(colour).hex().upper()}"/>')
+        shade = f' pid="{group}" pindex="{number - 1}"'
         vertices = "".join(f'<vertex x="{x:.6g}" y="{y:.6g}" z="{z:.6g}"/>' for x, y, z in mesh.vertices.tolist())
         triangles = "".join(f'<triangle v1="{a}" v2="{b}" v3="{c}"/>' for a, b, c in mesh.faces.tolist())
         objects.append(
@@ -248,7 +244,8 @@ def export_3mf(bodies: list[tuple[str, Any]], path: Path, colours: Sequence[Rgba
         items.append(f'<item objectid="{number}"/>')
     model = (
         f'<?xml version="1.0" encoding="UTF-8"?>\n<model unit="millimeter" xml:lang="en-US" xmlns="{_CORE}">'
-        f"<resources>{materials}{''.join(objects)}</resources><build>{''.join(items)}</build></model>\n"
+        f'<resources><basematerials id="{group}">{"".join(shades)}</basematerials>{"".join(objects)}</resources>'
+        f"<build>{''.join(items)}</build></model>\n"
     )
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
         parts = {"[Content_Types].xml": _TYPES, "_rels/.rels": _RELATIONS, "3D/3dmodel.model": model}
@@ -259,9 +256,9 @@ def export_3mf(bodies: list[tuple[str, Any]], path: Path, colours: Sequence[Rgba
             archive.writestr(entry, text)
 
 
-def check_3mf(path: Path, bodies: Sequence[Body], colours: Sequence[Rgba] = ()) -> None:
+def check_3mf(path: Path, bodies: Sequence[Body], colours: Sequence[Rgba]) -> None:
     """Read a 3MF file back with lib3mf in strict mode: one closed body for each that is expected, of its volume, and of
-    its colour where colours are given.
+    its colour.
 
     Raises: FabricationError with what was found, what is allowed and what to do.
     """
@@ -286,7 +283,7 @@ def check_3mf(path: Path, bodies: Sequence[Body], colours: Sequence[Rgba] = ()) 
         raise refused("3MF file", "cannot be read back", "a readable file") from error
     if len(meshes) != len(bodies):
         raise refused("3MF file", f"holds {len(meshes)} bodies", f"exactly {len(bodies)}")
-    if colours and shades != list(colours):
+    if shades != list(colours):
         raise refused("3MF file", f"holds the colours {shades}", f"{list(colours)}")
     for mesh, wanted in zip(meshes, bodies, strict=True):
         solid_of(mesh, "3MF file")

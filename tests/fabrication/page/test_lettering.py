@@ -14,6 +14,7 @@ from moireid.badge import Badge
 from moireid.designer import Order, design_badge
 from moireid.errors import FabricationError
 from moireid.fabrication.event import folder_name, print_event
+from moireid.fabrication.mount_parts import plan_parts
 from moireid.fabrication.page import lettering
 from moireid.fabrication.page.lettering import name_note, set_name
 from moireid.fabrication.page.pdf import write_badge_pdf
@@ -117,7 +118,7 @@ def test_names_from_a_list_make_safe_and_distinct_folders(tmp_path: Path) -> Non
     ]
     base = Order("Somebody", lens="50lpi", size_mm=(60.0, 66.0), range_m=(0.3, 1.0))
     badges = [design_badge(replace(base, name=name), bytes([k + 1]) * 8) for k, name in enumerate(names)]
-    event = print_event(badges[:3], tmp_path / "event")
+    event = print_event(badges[:3], tmp_path / "event", parts=plan_parts(badges[0], "none"))
     assert {path.name for path in tmp_path.iterdir()} == {"event"}
     assert all(path.parent == tmp_path / "event" and path.is_dir() for path in event.folders)
     folders = [folder_name(number, one) for number, one in enumerate(badges, 1)]

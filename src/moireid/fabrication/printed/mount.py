@@ -64,8 +64,6 @@ def plan_mount(badge: Badge, kind: str, process: MountProcess) -> MountPlan:
     Raises: FabricationError where a lip, a rim or a wall would hide fringes or markers, or a body is larger than a
         printer.
     """
-    if kind not in KINDS:
-        raise FabricationError(f"mount {kind!r} is not known; choose one of {', '.join(KINDS)}")
     plan = plan_tray(badge, process, slots=SLOTS[kind])
     holder = plan_holder(badge, plan, process, kind)
     _check_bed("tray", 2 * plan.out_x, plan.tab_top - plan.bottom, plan.lip_top + process.back_mm)
@@ -138,7 +136,7 @@ def write_mount(
             meshes.append(check_stl(new, body))
             check_overhangs(meshes[-1], body.name)
         colours = [COLOURS[kind_of(body.name)] for body in bodies]
-        export_3mf([(body.name, mesh) for body, mesh in zip(bodies, meshes, strict=True)], new_3mf, colours)
+        export_3mf(list(zip([body.name for body in bodies], meshes, colours, strict=True)), new_3mf)
         check_3mf(new_3mf, bodies, colours)
         _check_bodies(bodies, meshes, tray, process)
     mass_g = sum(body.volume_mm3 for body in bodies) * PLA_G_PER_MM3
