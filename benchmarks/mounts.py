@@ -64,7 +64,7 @@ def figures_of(badge: Badge, kind: str, folder: Path) -> Iterator[Row]:
     report = write_mount(badge, folder, kind=kind)
     for stl, body in zip(report.stls, report.bodies, strict=True):
         (plain_g, time), (held_g, _) = sliced(stl), sliced(stl, *SUPPORTS)
-        sides = zip(body.expected.lower_mm, body.expected.upper_mm, strict=True)
+        sides = zip(body.lower_mm, body.upper_mm, strict=True)
         yield {
             "part": body.name,
             "on the bed, mm": " x ".join(f"{high - low:.0f}" for low, high in sides),

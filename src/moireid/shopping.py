@@ -9,7 +9,6 @@ from moireid.errors import FabricationError
 
 if TYPE_CHECKING:
     from moireid.badge import Badge
-    from moireid.fabrication.shopping.cutting import CuttingPlan
     from moireid.fabrication.shopping.shopping_list import ShoppingList
 
 #: A lens sheet where none is given, mm across the lenses and along them: A4, its lenses along the longer side.
@@ -91,8 +90,11 @@ def list_for(
     parts = replace(parts, printed="none") if kind == "acrylic" else replace(parts, acrylic=None)
     found = shopping_list(badge, parts, people, sheet_mm or ASSUMED_MM, form=form, spare_share=spare_share)
     notes = [note] if note and kind != "acrylic" else []
-    if found.cutting is not None:
-        notes += _sheet_notes(found.cutting, assumed=sheet_mm is None)
+    if found.cutting is not None and sheet_mm is None:
+        notes.append(
+            f"lens sheets of {ASSUMED_MM[0]:g} x {ASSUMED_MM[1]:g} mm are assumed, as no source states which sizes are "
+            "sold; ask your shop for size and direction of the lenses, and give them as --sheet-size"
+        )
     title = found.title
     if badge.range_m is not None:
         spans = [f"{span} ({mm:g} mm)" for span, mm in zip(by_lens(badge.range_m), LENSES_MM, strict=True)]
@@ -100,26 +102,3 @@ def list_for(
         if badge.range_m[1] > (swaying_m := verdict_reach_m(badge)):
             title += f" Beyond {swaying_m:.1f} m from a phone, move it more than by swaying."
     return replace(found, title=title, notes=(*notes, *found.notes))
-
-
-def _sheet_notes(plan: CuttingPlan, *, assumed: bool) -> list[str]:
-    """What to know about the sheets: a size that is assumed, a direction that takes fewer."""
-    from moireid.fabrication.shopping.cutting import plan_cutting
-
-    notes = []
-    if assumed:
-        notes.append(
-            f"lens sheets of {ASSUMED_MM[0]:g} x {ASSUMED_MM[1]:g} mm are assumed, as no source states which sizes are "
-            "sold; ask your shop for size and direction of the lenses, and give them (sheet_mm)"
-        )
-    across_mm, along_mm = plan.sheet_mm
-    try:
-        turned = plan_cutting(plan.pieces, (along_mm, across_mm))
-    except FabricationError:
-        return notes
-    if turned.sheet_count < plan.sheet_count:
-        notes.append(
-            f"sheets whose lenses run along the other side would be {turned.sheet_count}, not {plan.sheet_count}: if "
-            f"your shop has them, give sheet_mm={along_mm:g}x{across_mm:g}"
-        )
-    return notes

@@ -19,8 +19,7 @@ what = ["logo", "words"]
 area = "upper"
 [[landscape.place]]
 what = "qr"
-at = [40, 5, 50, 15]
-unit = "mm"
+area = "foot"
 """
 
 
@@ -33,14 +32,14 @@ def test_toml_and_json_say_the_same(tmp_path: Path) -> None:
             "head": 0.4,
             "place": [
                 {"what": ["logo", "words"], "area": "upper"},
-                {"what": "qr", "at": [40, 5, 50, 15], "unit": "mm"},
+                {"what": "qr", "area": "foot"},
             ],
         },
     }
     (tmp_path / "own.json").write_text(json.dumps(document))
     one, other = (template_named(str(tmp_path / f"own.{kind}")) for kind in ("toml", "json"))
     assert one.sides == other.sides and one.colour == pytest.approx((0, 128 / 255, 128 / 255))
-    assert one.sides["landscape"].places[1].at == (40, 5, 50, 15)
+    assert one.sides["landscape"].places[1].area == "foot"
     with pytest.raises(SpecError, match=r"no \[portrait\], which this board needs"):
         one.side(54.0, 85.6)
     assert one.side(85.6, 54.0) is one.sides["landscape"]

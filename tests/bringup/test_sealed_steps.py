@@ -40,7 +40,7 @@ def taken_over(write: Callable[[Path], None], **said: Any) -> Any:
         sealed = ()
 
         def read(self, order: Any, progress: Any, answer: Any = None) -> dict[str, Any]:
-            write(order.folder)
+            write(order.keywords["folder"])
             return {"result": said}
 
     @contextmanager

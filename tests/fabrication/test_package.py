@@ -49,7 +49,7 @@ def test_what_cannot_be_made_is_left_out_and_reported(tmp_path: Path) -> None:
     )
     document = json.loads(outcome.stdout)
     assert list(document["left_out"]) == ["acrylic"] and document["left_out"]["acrylic"] in notes[0]
-    assert set(document["files"]) == names(out) and "kerf_mm" not in document["mount_figures"]
+    assert set(document["files"]) == names(out)
     words = words_of(out / "assembly.pdf")
     assert "mount.3mf" in words and "acrylic.dxf" not in words and "M3" not in words
     # The same spacer with a kerf: somebody wants the stack, and it cannot be.

@@ -90,23 +90,10 @@ def _areas_about(board: Rect, frame: CodedFrame) -> dict[str, Rect]:
 
 
 def check_clear(badge: Badge, rect: Rect, whose: str) -> None:
-    """Check that a piece does not cover what is read, and is on the board.
-
-    Parameters: whose: name of the piece, for the message.
-    Raises: SpecError that names what is covered and the free areas in mm from the board's corner.
-    """
-    x0, y0, x1, y1 = badge.outline_mm
-    covered = [name for name, zone in clear_zones(badge) if overlap(rect, zone)]
-    outside = rect[0] < x0 - 1e-6 or rect[1] < y0 - 1e-6 or rect[2] > x1 + 1e-6 or rect[3] > y1 + 1e-6
-    if not covered and not outside:
-        return
-    free = "; ".join(
-        f"{name} {a[0] - x0:.1f}, {a[1] - y0:.1f} to {a[2] - x0:.1f}, {a[3] - y0:.1f}"
-        for name, a in areas_of(badge).items()
-        if name not in ("crown", "base")
-    )
-    what = f"covers the {covered[0]}" if covered else "lies beyond the board"
-    raise SpecError(f"{whose} {what}; free are, in mm from the board's upper left corner: {free}")
+    """Check that a place does not cover what is read.  Raises: SpecError that names what is covered."""
+    covered = next((name for name, zone in clear_zones(badge) if overlap(rect, zone)), None)
+    if covered is not None:
+        raise SpecError(f"{whose} covers the {covered}; take another area for it, or leave bleed out")
 
 
 def overlap(one: Rect, other: Rect) -> bool:

@@ -129,7 +129,7 @@ def _worn(badge: Badge, look: Look, place: Place) -> bool:
     return here and wanted and not any(look.shows(badge, what) for what in place.lacks)
 
 
-def _shared_out(areas: dict[str, Rect], used: set[str | None]) -> dict[str, Rect]:
+def _shared_out(areas: dict[str, Rect], used: set[str]) -> dict[str, Rect]:
     """The areas; where two that both hold something are one room, the outer one takes `OUTER_SHARE` of it."""
     for outer, inner, share in (("head", "upper", OUTER_SHARE), ("foot", "lower", 1 - OUTER_SHARE)):
         if {outer, inner} <= used and areas.get(outer) == areas.get(inner) and outer in areas:
@@ -144,7 +144,8 @@ def _placed(badge: Badge, look: Look, place: Place, areas: dict[str, Rect], wher
     """The ground, rules and pieces of one place."""
     shown = tuple(what for what in place.what if look.shows(badge, what))
     rect = _rect_of(badge, place, areas, where)
-    check_clear(badge, rect, f"{where} ({', '.join(place.what) or 'a ground'})")
+    board = badge.outline_mm
+    check_clear(badge, (board[0], rect[1], board[2], rect[3]) if place.bleed else rect, where)
     if rect[3] - rect[1] < LEAST_MM or rect[2] - rect[0] < LEAST_MM:
         raise SpecError(
             f"{where} has only {rect[2] - rect[0]:.1f} x {rect[3] - rect[1]:.1f} mm on this board; give the template "
@@ -167,24 +168,16 @@ def _placed(badge: Badge, look: Look, place: Place, areas: dict[str, Rect], wher
                 f"{where} has no room for {len(shown)} pieces side by side ({', '.join(shown)[:60]}); list fewer, or "
                 "spread them over more places"
             )
-        check_clear(badge, piece.rect_mm, f"{where} ({piece.kind})")
     return [*back, *row]
 
 
 def _rect_of(badge: Badge, place: Place, areas: dict[str, Rect], where: str) -> Rect:
-    if place.at is None:
-        if place.area not in areas:
-            ways = ["give a template of your own more head or foot"]
-            ways += (
-                ["take markers=squares, which leave room next to them"] if isinstance(badge.markers, CodedFrame) else []
-            )
-            ways += [f"name another area ({', '.join(areas)})"] if areas else []
-            raise SpecError(f"{where}: this board has no area {place.area}; {', or '.join(ways)}")
-        return areas[place.area or ""]
-    x0, y0, x1, y1 = badge.outline_mm
-    sides = (x1 - x0, y1 - y0) if place.unit == "share" else (1.0, 1.0)
-    left, top, right, bottom = place.at
-    return x0 + left * sides[0], y0 + top * sides[1], x0 + right * sides[0], y0 + bottom * sides[1]
+    if place.area not in areas:
+        ways = ["give a template of your own more head or foot"]
+        ways += ["take markers=squares, which leave room next to them"] * isinstance(badge.markers, CodedFrame)
+        ways += [f"name another area ({', '.join(areas)})"] if areas else []
+        raise SpecError(f"{where}: this board has no area {place.area}; {', or '.join(ways)}")
+    return areas[place.area]
 
 
 def _ground(badge: Badge, place: Place, rect: Rect, accent: Colour) -> list[ArtPiece]:
@@ -192,7 +185,6 @@ def _ground(badge: Badge, place: Place, rect: Rect, accent: Colour) -> list[ArtP
     if place.bleed:
         board = badge.outline_mm
         x0, x1 = board[0] - BLEED_MM, board[2] + BLEED_MM
-        check_clear(badge, (board[0], y0, board[2], y1), "a ground that reaches to the board's sides")
     back = []
     if place.ground != "none":
         colour = {"accent": accent, "paper": PAPER}.get(place.ground, tint(accent))

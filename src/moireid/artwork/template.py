@@ -35,8 +35,6 @@ TEMPLATES = (
 )
 TYPEFACES = ("sans", "serif", "slab")
 MOST_FILE_BYTES, MOST_PLACES = 100_000, 24
-#: Largest figure of a place's rectangle, by its unit.
-MOST_AT = {"share": 1.0, "mm": 1000.0}
 
 Orientation = Literal["landscape", "portrait"]
 Piece = Literal["name", "words", "lines", "line1", "line2", "line3", "line4", "logo", "portrait", "qr", "id"]
@@ -44,22 +42,18 @@ Piece = Literal["name", "words", "lines", "line1", "line2", "line3", "line4", "l
 Pieces = Piece | tuple[Piece, ...]
 #: Share of the board's height.
 Height = Annotated[float, Meta(ge=0, le=0.7)]
-At = Annotated[float, Meta(ge=0, le=MOST_AT["mm"])]
 
 
 class Place(Struct, frozen=True, forbid_unknown_fields=True, rename={"needs": "with", "lacks": "without"}):
     """One place of a template.
 
-    what: pieces from left to right; area: a free area of the board (`clear.areas_of`), or None where `at` gives
-    (x0, y0, x1, y1) in `unit`; ground: behind it; bleed: the ground reaches beyond the board's sides, where it is cut;
-    rule: thin lines in the accent's colour; points: most height of the name's letters; needs, lacks: it is there only
-    with, or only without these pieces.
+    area: a free area of the board (`clear.areas_of`); what: pieces from left to right; ground: behind it; bleed: the
+    ground reaches beyond the board's sides, where it is cut; rule: thin lines in the accent's colour; points: most
+    height of the name's letters; needs, lacks: it is there only with, or only without these pieces.
     """
 
+    area: Literal["head", "upper", "crown", "foot", "lower", "base"]
     what: Pieces = ()
-    area: Literal["head", "upper", "crown", "foot", "lower", "base"] | None = None
-    at: tuple[At, At, At, At] | None = None
-    unit: Literal["share", "mm"] = "share"
     align: Literal["left", "center", "right"] = "center"
     ground: Literal["none", "accent", "tint", "paper"] = "none"
     bleed: bool = False
@@ -73,14 +67,6 @@ class Place(Struct, frozen=True, forbid_unknown_fields=True, rename={"needs": "w
             pieces = getattr(self, name)
             if isinstance(pieces, str):
                 force_setattr(self, name, (pieces,))
-        if (self.area is None) == (self.at is None):
-            raise ValueError("must say area or at, one of the two")
-        if self.at is not None:
-            x0, y0, x1, y1 = self.at
-            if max(self.at) > MOST_AT[self.unit]:
-                raise ValueError(f"must have at as numbers from 0 to {MOST_AT[self.unit]:g}, got {max(self.at):g}")
-            if x0 >= x1 or y0 >= y1:
-                raise ValueError(f"must have at from left to right and from top to bottom, got {list(self.at)}")
 
 
 class Side(Struct, frozen=True, forbid_unknown_fields=True, rename={"places": "place"}):

@@ -9,7 +9,7 @@ from __future__ import annotations
 import shutil
 from collections.abc import Callable
 from contextlib import AbstractContextManager
-from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -32,19 +32,11 @@ MOST_BYTES = 50_000_000
 Readers = Callable[..., AbstractContextManager[Reader]]
 
 
-@dataclass(frozen=True)
-class StepOrder:
-    """A step to do in a folder; state: `BuildState` as JSON."""
-
-    step: str
-    folder: Path
-    state: bytes
-
-    def __call__(self, send: Send, ask: Ask, progress: Progress) -> None:
-        """Do it, and send what it read."""
-        folder = BuildFolder(self.folder, msgspec.json.decode(self.state, type=BuildState))
-        (step,) = (one for one in STEPS if one.name == self.step)
-        send({"result": msgspec.to_builtins(step.do(folder, progress))})
+def send_step(send: Send, ask: Ask, progress: Progress, *, step: str, folder: Path, state: bytes) -> None:
+    """Do a step in a folder, and send what it read; state: `BuildState` as JSON."""
+    opened = BuildFolder(folder, msgspec.json.decode(state, type=BuildState))
+    (wanted,) = (one for one in STEPS if one.name == step)
+    send({"result": msgspec.to_builtins(wanted.do(opened, progress))})
 
 
 def do_sealed(step: BuildStep, folder: BuildFolder, progress: Progress | None, readers: Readers) -> Reading:
@@ -64,7 +56,7 @@ def do_sealed(step: BuildStep, folder: BuildFolder, progress: Progress | None, r
                 (aside / name).parent.mkdir(exist_ok=True)
                 shutil.copyfile(folder.at(name), aside / name)
         state = msgspec.structs.replace(folder.state, files={name: str(path) for name, path in media.items()})
-        order = StepOrder(step.name, aside, msgspec.json.encode(state))
+        order = partial(send_step, step=step.name, folder=aside, state=msgspec.json.encode(state))
         with readers(read, folder=aside) as reader:
             said: dict[str, Any] = reader.read(order, progress or (lambda done, of: None))
         reading = checked(checked(said, FilmAnswer, named(films)).result, Reading, named(films))

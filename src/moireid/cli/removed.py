@@ -18,7 +18,7 @@ REMOVED = {
     "film",
     "calibrate --band": "give a photograph of the chart with the sheet on it",
     "print --front array": "--axes xy or --axes hex sense more directions under a lenticular sheet",
-    "simulate --leave-out": "leave it out: what a scene does not need, such as glare without a lamp, is left out by itself",
+    "simulate --leave-out": "what a scene does not need, such as glare without a lamp, is left out by itself",
     "simulate --quick": "leave it out: every film is now encoded as fast",
     "serve --storage": "leave it out: films wait in the studio's folder, and workers of --scheduler fetch them there",
     "verify --timestamp": "have the file of --attest stamped by another program, such as `openssl ts`",

@@ -22,7 +22,7 @@ from moireid.errors import FabricationError
 from moireid.fabrication.assembly.assembly_words import BuildPlan, Maker
 from moireid.fabrication.assembly.guide import write_assembly_pdf
 from moireid.fabrication.assembly.moving_looks import write_looks
-from moireid.fabrication.mount_parts import Parts, plan_parts, shape_parts, write_parts
+from moireid.fabrication.mount_parts import Parts, shape_parts, write_parts
 from moireid.fabrication.package import (
     ASSEMBLY,
     BADGE_JSON,
@@ -38,7 +38,6 @@ from moireid.fabrication.page.canvas import PdfPage
 from moireid.fabrication.page.marks import marks
 from moireid.fabrication.page.pdf import draw_bands, draw_bands_alone, draw_board, draw_mask, draw_scale_bars
 from moireid.fabrication.page.sheet_layout import MARK_MM, lay_out_sheets
-from moireid.fabrication.process_figures import MountFigures
 from moireid.files import AnyPath, as_path, whole_file
 from moireid.names import line_of
 from moireid.profiles import drawn_dot_mm
@@ -107,10 +106,8 @@ def print_event(
     badges: Sequence[Badge],
     folder: AnyPath,
     *,
+    parts: Parts,
     measured_scale: tuple[float, float] = (1.0, 1.0),
-    mount: str = "none",
-    figures: MountFigures | None = None,
-    parts: Parts | None = None,
     overwrite: bool = False,
     maker: Maker = "command",
     kept: Sequence[AnyPath] = (),
@@ -126,14 +123,10 @@ def print_event(
         One or more, in the order of the list, all of one layout.
     folder : str or Path
         Made where it is absent.
+    parts : Parts
+        The mounts, as `plan_parts` gives them; the same for all, as boards of one event have one layout.
     measured_scale : (float, float)
         Measured size over true size of an earlier print, along x and y.
-    mount : str
-        One of `package.MOUNTS`, the same for all, as boards of one event have one layout.
-    figures : MountFigures, optional
-        Of printer and laser; None for the defaults.
-    parts : Parts, optional
-        The mounts as they were planned already; `mount` and `figures` then count no more.
     overwrite : bool
         Replace older files, and remove those of a mount that this event does not have; a badge.json of another
         identity becomes badge-<its id>.json.
@@ -163,7 +156,6 @@ def print_event(
         Where a mount is asked for and the CAD packages are not installed.
     """
     folder = as_path(folder)
-    parts = parts or plan_parts(badges[0], mount, figures)
     names = _folders(badges)
     files = event_files(badges, parts)
     stale = leftover_parts(folder, parts, SUMMARY) if overwrite else ()
@@ -173,7 +165,7 @@ def print_event(
         solids = shape_parts(badges[0], parts)
         work = partial(_write_person, measured_scale=measured_scale)
         with _shared(work, badges, [aside / name for name in names], processes) as people_made:
-            mass_g, mount_figures = write_parts(badges[0], parts, aside, lambda file: None, solids)
+            mass_g = write_parts(badges[0], parts, aside, lambda file: None, solids)
             build = BuildPlan(
                 badges[0], parts.printed, parts.acrylic, parts.figures, maker, parts.mount_plan, for_all=True
             )
@@ -187,9 +179,7 @@ def print_event(
         (aside / SUMMARY).write_text(_summary(names, badges, parts), encoding="utf-8-sig", newline="")
     files_made = {name: folder / name for name in (*OWN_FILES, *parts.files)}
     folders = tuple(folder / name for name in names)
-    return PrintResult(
-        files_made, mass_g, mount_figures, parts.left_out, stale, spared, folders, sheet_count, to_a_sheet
-    )
+    return PrintResult(files_made, mass_g, parts.left_out, stale, spared, folders, sheet_count, to_a_sheet)
 
 
 def event_files(badges: Sequence[Badge], parts: Parts) -> list[str]:

@@ -21,8 +21,9 @@ if TYPE_CHECKING:
 
     from moireid.fabrication.acrylic.plates import AcrylicPlan
     from moireid.fabrication.assembly.guide import DrawnMounts
-    from moireid.fabrication.printed.mount import Body, MountPlan, MountReport
+    from moireid.fabrication.printed.mount import MountPlan, MountReport
     from moireid.fabrication.solid_parts import SolidPart
+    from moireid.fabrication.solids import Body
 
 #: Kinds of the printed mount, as `printed.mount.SLOTS`; or none.
 MOUNTS = ("lanyard", "clip", "stand", "none")
@@ -155,7 +156,7 @@ def write_parts(
     say: Callable[[str], None],
     solids: MountSolids | None = None,
     picture: Image.Image | None = None,
-) -> tuple[float | None, dict[str, float]]:
+) -> float | None:
     """Write the files of a mount and read each back.
 
     Parameters
@@ -169,8 +170,8 @@ def write_parts(
 
     Returns
     -------
-    (float or None, dict of str to float)
-        Mass of the printed mount, g, None without one; its other figures and the stack's, units in their names.
+    float or None
+        Mass of the printed mount, g, None without one.
 
     Raises
     ------
@@ -180,7 +181,7 @@ def write_parts(
         Without the CAD packages.
     """
     if not parts.files:
-        return None, {}
+        return None
     from moireid.fabrication.assembly_files import write_assembly_step, write_glb
     from moireid.fabrication.printed.mount import write_mount
 
@@ -200,7 +201,7 @@ def write_parts(
         write_assembly_step(f"{shop} mount", placed, folder / name)
     say(GLB_FILE)
     write_glb(badge, solids.placed, folder / GLB_FILE, picture)
-    return report.mass_g if report else None, _figures_of(parts, report)
+    return report.mass_g if report else None
 
 
 def _write_drawings(stack: AcrylicPlan, kerf_mm: float, folder: Path) -> None:
@@ -211,21 +212,3 @@ def _write_drawings(stack: AcrylicPlan, kerf_mm: float, folder: Path) -> None:
         check_dxf(folder / f"{name}.dxf", drawing)
         write_svg(drawing, folder / f"{name}.svg")
         check_svg(folder / f"{name}.svg", drawing)
-
-
-def _figures_of(parts: Parts, report: MountReport | None) -> dict[str, float]:
-    """The figures of what was made, by name."""
-    figures: dict[str, float] = {}
-    if report:
-        figures |= report.figures
-    if stack := parts.acrylic:
-        figures |= {
-            "acrylic_clearance_mm": stack.clearance_mm,
-            "acrylic_twist_deg": stack.twist_deg,
-            "acrylic_squeeze_mm": stack.squeeze_mm,
-            "screw_mm": stack.screw_mm,
-            "kerf_mm": parts.figures.acrylic.kerf_mm,
-            "card_layers": float(stack.layers),
-            **{f"{plate.name}_mm": plate.thickness_mm for plate in stack.plates},
-        }
-    return figures

@@ -17,10 +17,9 @@ from moireid.errors import SpecError
 from moireid.fabrication.assembly.assembly_words import BuildPlan, Maker
 from moireid.fabrication.assembly.guide import write_assembly_pdf
 from moireid.fabrication.assembly.moving_looks import write_looks
-from moireid.fabrication.mount_parts import PART_FILES, Parts, plan_parts, shape_parts, write_parts
+from moireid.fabrication.mount_parts import PART_FILES, Parts, shape_parts, write_parts
 from moireid.fabrication.page.pdf import write_badge_pdf
 from moireid.fabrication.page.preview import write_preview
-from moireid.fabrication.process_figures import MountFigures
 from moireid.files import AnyPath, as_path, move_together, planned, tidy_folders, write_text
 
 if TYPE_CHECKING:
@@ -43,8 +42,6 @@ class PrintResult:
         The files by name; of an event those for all people.
     mount_mass_g : float or None
         Mass of the printed mount, g; None without one.
-    mount_figures : dict of str to float
-        The mount's other figures; units are in their names.
     left_out : dict of str to str
         Why "printed" or "acrylic" was not made, though a mount was asked for.
     removed : tuple of Path
@@ -59,7 +56,6 @@ class PrintResult:
 
     files: dict[str, Path]
     mount_mass_g: float | None
-    mount_figures: dict[str, float]
     left_out: dict[str, str]
     removed: tuple[Path, ...]
     moved_aside: dict[Path, Path]
@@ -72,7 +68,6 @@ class PrintResult:
         return {
             "files": {name: str(path) for name, path in self.files.items()},
             "mount_mass_g": self.mount_mass_g,
-            "mount_figures": self.mount_figures,
             "left_out": self.left_out,
             "removed": [str(path) for path in self.removed],
             "moved_aside": {str(old): str(new) for old, new in self.moved_aside.items()},
@@ -83,10 +78,8 @@ def print_badge(
     badge: Badge,
     folder: AnyPath,
     *,
-    mount: str = "lanyard",
+    parts: Parts,
     measured_scale: tuple[float, float] = (1.0, 1.0),
-    figures: MountFigures | None = None,
-    parts: Parts | None = None,
     overwrite: bool = False,
     maker: Maker = "command",
     kept: Sequence[AnyPath] = (),
@@ -101,14 +94,10 @@ def print_badge(
         What is printed.
     folder : str or Path
         Made where it is absent.
-    mount : str
-        One of `MOUNTS`; "none" for paper and sheet alone.
+    parts : Parts
+        The mounts, as `plan_parts` gives them.
     measured_scale : (float, float)
         Measured size over true size of an earlier print, along x and y.
-    figures : MountFigures, optional
-        Of printer and laser; None for the defaults.
-    parts : Parts, optional
-        The mounts as they were planned already; `mount` and `figures` then count no more.
     overwrite : bool
         Replace older files, and remove those of a mount that this badge does not have; a badge.json of another
         identity becomes badge-<its id>.json.
@@ -141,7 +130,6 @@ def print_badge(
     Convention: page mm, origin top left, x right, y down, become the files' own coordinates in each writer.
     """
     folder = as_path(folder)
-    parts = parts or plan_parts(badge, mount, figures)
     names, say = file_names(parts), progress or (lambda name: None)
     stale = leftover_parts(folder, parts, BADGE_JSON) if overwrite else ()
     spared = other_badges({folder / BADGE_JSON: badge})
@@ -154,8 +142,8 @@ def print_badge(
         write_assembly_pdf(build, aside / ASSEMBLY, solids.drawn)
         say(LOOKS)
         write_looks(badge, aside / LOOKS)
-        mass_g, mount_figures = write_parts(badge, parts, aside, say, solids, picture)
-    return PrintResult({name: folder / name for name in names}, mass_g, mount_figures, parts.left_out, stale, spared)
+        mass_g = write_parts(badge, parts, aside, say, solids, picture)
+    return PrintResult({name: folder / name for name in names}, mass_g, parts.left_out, stale, spared)
 
 
 @contextmanager

@@ -137,15 +137,6 @@ def corners_in_frame(badge: Badge, grating: Grating, rect_mm: Rect) -> tuple[Poi
     return tuple((x - (x0 + x1) / 2, (y0 + y1) / 2 - y) for x, y in corners)
 
 
-def check_sight(
-    badge: Badge, obstacles: Iterable[Obstacle], *, card_top: float, sheet_top: float, play_mm: float, advice: str
-) -> None:
-    """Raise what `sight_fault` returns, if something hides a fringe or a marker."""
-    fault = sight_fault(badge, obstacles, card_top=card_top, sheet_top=sheet_top, play_mm=play_mm, advice=advice)
-    if fault is not None:
-        raise fault
-
-
 def sight_fault(
     badge: Badge, obstacles: Iterable[Obstacle], *, card_top: float, sheet_top: float, play_mm: float, advice: str
 ) -> FabricationError | None:

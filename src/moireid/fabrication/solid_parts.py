@@ -21,12 +21,12 @@ from moireid.errors import FabricationError
 from moireid.fabrication.part_colours import kind_of, linear_colour
 from moireid.fabrication.process_figures import MountFigures, MountProcess
 from moireid.fabrication.sight import front_mm, half_board_mm, sheet_rects
-from moireid.fabrication.solids import FINE_MM, FINE_RAD, TOUCH_MM3, cad_package, overlap_mm3, solid_of
+from moireid.fabrication.solids import FINE_MM, FINE_RAD, TOUCH_MM3, Body, cad_package, overlap_mm3, solid_of
 
 if TYPE_CHECKING:
     from moireid.fabrication.acrylic.contours import Contour
     from moireid.fabrication.acrylic.plates import AcrylicPlan, Plate
-    from moireid.fabrication.printed.mount import Body, MountPlan
+    from moireid.fabrication.printed.mount import MountPlan
 
 #: The mount to laser-cut, besides the kinds of the printed one.
 ACRYLIC = "acrylic"

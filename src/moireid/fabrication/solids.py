@@ -50,9 +50,15 @@ Corner = tuple[float, float, float]
 
 
 @dataclass(frozen=True)
-class ExpectedSolid:
-    """What a file must turn out to hold: the CAD volume and the designed bounding box."""
+class Body:
+    """One printed body: its solid as it lies on the bed and in its place in use, and what its file must hold.
 
+    volume_mm3, lower_mm, upper_mm: as designed, on the bed.
+    """
+
+    name: str
+    on_bed: Any
+    used: Any
     volume_mm3: float
     lower_mm: Corner
     upper_mm: Corner
@@ -122,7 +128,7 @@ def export_stl(part: Any, path: Path, *, tolerance_mm: float, angle_rad: float =
         raise FabricationError(f"{path.suffix} file in {path.parent} could not be written; check the disk")
 
 
-def check_stl(path: Path, expected: ExpectedSolid) -> Any:
+def check_stl(path: Path, body: Body) -> Any:
     """Read an STL file back as a trimesh mesh: it must bound one volume, as trimesh and manifold3d each find, of the
     expected size.
 
@@ -134,8 +140,8 @@ def check_stl(path: Path, expected: ExpectedSolid) -> Any:
     if not mesh.is_winding_consistent:
         raise refused("STL file", "holds triangles that face both ways", "all facing outwards")
     volume_mm3 = float(mesh.volume)
-    check_volume("STL file", volume_mm3, expected.volume_mm3, STL_VOLUME_SHARE)
-    _check_bounds("STL file", (tuple(mesh.bounds[0]), tuple(mesh.bounds[1])), expected)
+    check_volume("STL file", volume_mm3, body.volume_mm3, STL_VOLUME_SHARE)
+    _check_bounds("STL file", (tuple(mesh.bounds[0]), tuple(mesh.bounds[1])), body)
     _check_manifold(mesh, volume_mm3)
     return mesh
 
@@ -170,9 +176,9 @@ def check_volume(what: str, got_mm3: float, wanted_mm3: float, share: float) -> 
         )
 
 
-def _check_bounds(what: str, corners: tuple[tuple[float, ...], tuple[float, ...]], expected: ExpectedSolid) -> None:
+def _check_bounds(what: str, corners: tuple[tuple[float, ...], tuple[float, ...]], body: Body) -> None:
     got = np.array(corners, dtype=float)
-    wanted = np.array([expected.lower_mm, expected.upper_mm])
+    wanted = np.array([body.lower_mm, body.upper_mm])
     off_mm = float(np.abs(got - wanted).max())
     if not off_mm <= BOUNDS_MM:
         raise refused(
@@ -218,21 +224,17 @@ _RELATIONS = (
 )
 
 
-def export_3mf(bodies: list[tuple[str, Any]], path: Path, colours: Sequence[Rgba] = ()) -> None:
-    """Write named trimesh bodies as the objects of one 3MF file, mm; colours: of each body, or none.
+def export_3mf(bodies: Sequence[tuple[str, Any, Rgba]], path: Path) -> None:
+    """Write named trimesh bodies as the objects of one 3MF file, mm, each in its colour.
 
     Source: 3MF core specification 1.3, sections 3 to 5 (base materials).
     """
-    objects, items = [], []
-    shades = "".join(
-        f'<base name={quoteattr(name)} displaycolor="#{bytes(colour).hex().upper()}"/>'
-        for (name, _), colour in zip(bodies, colours, strict=bool(colours))
-    )
+    shades, objects, items = [], [], []
     # Resources share one row of ids, and a group must come before the objects that name it.
     group = len(bodies) + 1
-    materials = f'<basematerials id="{group}">{shades}</basematerials>' if shades else ""
-    for number, (name, mesh) in enumerate(bodies, start=1):
-        shade = f' pid="{group}" pindex="{number - 1}"' if shades else ""
+    for number, (name, mesh, colour) in enumerate(bodies, start=1):
+        shades.append(f'<base name={quoteattr(name)} displaycolor="#{bytes(colour).hex().upper()}"/>')
+        shade = f' pid="{group}" pindex="{number - 1}"'
         vertices = "".join(f'<vertex x="{x:.6g}" y="{y:.6g}" z="{z:.6g}"/>' for x, y, z in mesh.vertices.tolist())
         triangles = "".join(f'<triangle v1="{a}" v2="{b}" v3="{c}"/>' for a, b, c in mesh.faces.tolist())
         objects.append(
@@ -242,7 +244,8 @@ def export_3mf(bodies: list[tuple[str, Any]], path: Path, colours: Sequence[Rgba
         items.append(f'<item objectid="{number}"/>')
     model = (
         f'<?xml version="1.0" encoding="UTF-8"?>\n<model unit="millimeter" xml:lang="en-US" xmlns="{_CORE}">'
-        f"<resources>{materials}{''.join(objects)}</resources><build>{''.join(items)}</build></model>\n"
+        f'<resources><basematerials id="{group}">{"".join(shades)}</basematerials>{"".join(objects)}</resources>'
+        f"<build>{''.join(items)}</build></model>\n"
     )
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
         parts = {"[Content_Types].xml": _TYPES, "_rels/.rels": _RELATIONS, "3D/3dmodel.model": model}
@@ -253,9 +256,9 @@ def export_3mf(bodies: list[tuple[str, Any]], path: Path, colours: Sequence[Rgba
             archive.writestr(entry, text)
 
 
-def check_3mf(path: Path, expected: list[ExpectedSolid], colours: Sequence[Rgba] = ()) -> None:
+def check_3mf(path: Path, bodies: Sequence[Body], colours: Sequence[Rgba]) -> None:
     """Read a 3MF file back with lib3mf in strict mode: one closed body for each that is expected, of its volume, and of
-    its colour where colours are given.
+    its colour.
 
     Raises: FabricationError with what was found, what is allowed and what to do.
     """
@@ -278,11 +281,11 @@ def check_3mf(path: Path, expected: list[ExpectedSolid], colours: Sequence[Rgba]
                 shades.append((shade.Red, shade.Green, shade.Blue, shade.Alpha))
     except lib3mf.ELib3MFException as error:
         raise refused("3MF file", "cannot be read back", "a readable file") from error
-    if len(meshes) != len(expected):
-        raise refused("3MF file", f"holds {len(meshes)} bodies", f"exactly {len(expected)}")
-    if colours and shades != list(colours):
+    if len(meshes) != len(bodies):
+        raise refused("3MF file", f"holds {len(meshes)} bodies", f"exactly {len(bodies)}")
+    if shades != list(colours):
         raise refused("3MF file", f"holds the colours {shades}", f"{list(colours)}")
-    for mesh, wanted in zip(meshes, expected, strict=True):
+    for mesh, wanted in zip(meshes, bodies, strict=True):
         solid_of(mesh, "3MF file")
         check_volume("3MF file", float(mesh.volume), wanted.volume_mm3, STL_VOLUME_SHARE)
 

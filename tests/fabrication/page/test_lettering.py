@@ -14,6 +14,7 @@ from moireid.badge import Badge
 from moireid.designer import Order, design_badge
 from moireid.errors import FabricationError
 from moireid.fabrication.event import folder_name, print_event
+from moireid.fabrication.mount_parts import plan_parts
 from moireid.fabrication.page import lettering
 from moireid.fabrication.page.lettering import name_note, set_name
 from moireid.fabrication.page.pdf import write_badge_pdf
@@ -81,7 +82,7 @@ def test_what_no_font_has_is_left_out_and_reported(
 ) -> None:
     """Catches: boxes, the id in a name's place, joiners that stay behind, a name cut without a word."""
     note = name_note(name)
-    assert set_name(name).words == words and note is not None and repr(name) in note and repr(words) in note
+    assert set_name(name)[0] == words and note is not None and repr(name) in note and repr(words) in note
     drawn, said = between_markers(replace(badge, name=name), tmp_path)
     plain, _ = between_markers(replace(badge, name=words), tmp_path)
     assert (drawn == plain).all() and badge.id is not None and said.count(badge.id) == 1
@@ -118,7 +119,7 @@ def test_names_from_a_list_make_safe_and_distinct_folders(tmp_path: Path) -> Non
     ]
     base = Order("Somebody", lens="50lpi", size_mm=(60.0, 66.0), range_m=(0.3, 1.0))
     badges = [design_badge(replace(base, name=name), bytes([k + 1]) * 8) for k, name in enumerate(names)]
-    event = print_event(badges[:3], tmp_path / "event")
+    event = print_event(badges[:3], tmp_path / "event", parts=plan_parts(badges[0], "none"))
     assert {path.name for path in tmp_path.iterdir()} == {"event"}
     assert all(path.parent == tmp_path / "event" and path.is_dir() for path in event.folders)
     folders = [folder_name(number, one, 2) for number, one in enumerate(badges, 1)]

@@ -25,6 +25,7 @@ from moireid.errors import FabricationError, SpecError
 from moireid.fabrication import solids
 from moireid.fabrication.printed import mount
 from moireid.fabrication.printed.mount import MountProcess, MountReport, mount_bodies, write_mount
+from moireid.fabrication.printed.tray import plan_tray, seated_twist_deg
 
 CARD_MM, LENS_MM, PLAY_MM, CARD_ROOM_MM = 0.3, 1.0, 0.3, 0.1
 #: Where the numbers meet exactly, float32 vertices leave overlaps thinner than 1e-5 mm.
@@ -178,8 +179,7 @@ def twice(mesh: Any) -> None:
 def test_damaged_mesh_is_refused(
     damage: Callable[[Any], None], complaint: str, report: MountReport, tmp_path: Path
 ) -> None:
-    volume_mm3 = report.bodies[0].expected.volume_mm3
-    expected = solids.ExpectedSolid(volume_mm3, (-75.3, -82.3, -1.6), (75.3, 92.0, 3.0))
+    expected = replace(report.bodies[0], lower_mm=(-75.3, -82.3, -1.6), upper_mm=(75.3, 92.0, 3.0))
     solids.check_stl(report.stls[0], expected)
     mesh = trimesh.load_mesh(report.stls[0])
     damage(mesh)
@@ -250,11 +250,12 @@ def pocket_mm(solid: Any, level: float) -> float:
     return float(right[0] - left[3])
 
 
-def test_register_edges_bound_the_twist(badge: Badge, report: MountReport) -> None:
+def test_register_edges_bound_the_twist(badge: Badge) -> None:
     """Catches: a bound in radians, one for a single edge, and none at all."""
     # Two edges 0.05 mm off in opposite ways, 144.8 mm apart, and the same again would be two parts' errors.
-    assert report.figures["twist_deg"] == pytest.approx(math.degrees(math.atan(0.1 / 144.8)))
-    assert report.figures["press_mm"] == 0.25
+    process = MountProcess()
+    turned = seated_twist_deg(plan_tray(badge, process), process)
+    assert turned == pytest.approx(math.degrees(math.atan(0.1 / 144.8)))
     with pytest.raises(FabricationError, match=r"turns the sheet by 0\.40 degrees, allowed are 0\.3") as caught:
         mount_bodies(badge, "lanyard", MountProcess(seat_mm=0.5))
     assert caught.value.details["twist_deg"] == pytest.approx(math.degrees(math.atan(1.0 / 144.8)))

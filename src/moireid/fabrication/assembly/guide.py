@@ -49,7 +49,7 @@ TICK_MM = 4.0
 def write_assembly_pdf(build: BuildPlan, path: Path, drawn: DrawnMounts) -> None:
     """Write the sheet of parts and steps, whole or not at all.
 
-    Parameters: drawn: the solids of "printed" and "acrylic" as they are drawn, by `draw_mounts`.
+    Parameters: drawn: the solids of "printed" and "acrylic" as they are drawn.
     """
     badge = build.badge
     views = _views(build, drawn)
@@ -72,7 +72,7 @@ def _draw_parts(sheet: PdfPage, build: BuildPlan, views: list[tuple[str, list[Pa
         sheet.text(LEFT_MM, TOP_MM, "How to build these badges", points=16, font=BOLD, align="left")
     else:
         # As the badge itself is lettered.
-        line = shape_line(set_name(build.badge.name).words, bold=True)
+        line = shape_line(set_name(build.badge.name)[0], bold=True)
         sheet.line(LEFT_MM, TOP_MM, line, points=min(18.0, NAME_MM * POINTS_PER_MM / max(line.width_em, 1e-9)))
         sheet.text(LEFT_MM, TOP_MM + 6, f"How to build this badge · moireid {build.badge.id}", points=9, align="left")
     adhesive = filter(None, [assembly_words.glue_note(build)])

@@ -8,7 +8,6 @@ claims use it.
 from __future__ import annotations
 
 import unicodedata
-from dataclasses import dataclass
 from functools import lru_cache
 
 from moireid.errors import FabricationError
@@ -16,25 +15,20 @@ from moireid.fabrication.text.fonts import advice_for, find_font
 from moireid.fabrication.text.shaping import JOINERS, SILENT, clusters
 
 
-@dataclass(frozen=True)
-class SetName:
-    """How a name is printed: its words, and the letters that no font here has, which are left out."""
-
-    words: str
-    left_out: tuple[str, ...] = ()
-
-
 @lru_cache(maxsize=1024)
-def set_name(name: str) -> SetName:
-    """How a name is printed on this machine; without words where no font has a letter or digit of it."""
+def set_name(name: str) -> tuple[str, tuple[str, ...]]:
+    """How a name is printed on this machine, and its letters that no font here has, which are left out.
+
+    Returns: no words where no font has a letter or digit of it.
+    """
     missing = tuple(dict.fromkeys(letter for letter in name if not _printable(letter)))
     if not missing:
-        return SetName(name)
+        return name, ()
     kept = [cluster for whole in clusters(name) for cluster in ([whole] if _printable(whole) else _parts_of(whole))]
     words = " ".join("".join(kept).strip(JOINERS).split())
     if not any(unicodedata.category(letter)[0] in "LN" for letter in words):
-        return SetName("", missing)
-    return SetName(words, missing)
+        return "", missing
+    return words, missing
 
 
 def _printable(cluster: str) -> bool:
@@ -56,20 +50,20 @@ def name_note(name: str) -> str | None:
     Raises: FabricationError where no font of this machine has a letter of it.
     """
     note = line_note(name, "; claims go on naming the whole name")
-    if note is not None and not set_name(name).words:
+    if note is not None and not set_name(name)[0]:
         raise FabricationError(f"{line_note(name)}, or give the name in other letters, as a badge must bear one")
     return note
 
 
 def line_note(line: str, more: str = "") -> str | None:
     """One sentence about what the print leaves out of a line below the name; None where it shows all of it."""
-    found = set_name(line)
-    if not found.left_out:
+    printed, left_out = set_name(line)
+    if not left_out:
         return None
-    shows = f"shows {found.words[:80]!r}" if found.words else "shows nothing of it"
+    shows = f"shows {printed[:80]!r}" if printed else "shows nothing of it"
     return (
-        f"the print leaves out of {line[:80]!r} what no font on this machine has ({_list_letters(found.left_out)}), "
-        f"and {shows}{more}; to print all of it, install {advice_for(found.left_out[0])}"
+        f"the print leaves out of {line[:80]!r} what no font on this machine has ({_list_letters(left_out)}), "
+        f"and {shows}{more}; to print all of it, install {advice_for(left_out[0])}"
     )
 
 

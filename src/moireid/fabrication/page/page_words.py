@@ -51,18 +51,6 @@ class SetWords:
         """What the row says."""
         return self.line.words
 
-    @property
-    def box_mm(self) -> tuple[float, float, float, float]:
-        """The rectangle of the row on the page: from its capitals' height, or higher ink, to its lowest ink."""
-        size, (top, low) = self.points * MM_PER_POINT, self.line.ink_em
-        top = max(CAPITAL_SHARE, top)
-        return (
-            self.x_mm,
-            self.baseline_mm - top * size,
-            self.x_mm + self.line.width_em * size,
-            self.baseline_mm - low * size,
-        )
-
 
 @dataclass(frozen=True)
 class _Row:
@@ -108,8 +96,8 @@ def set_words(piece: ArtPiece, badge_id: str | None) -> list[SetWords]:
     if piece.kind == "id":
         rows = _id_rows(badge_id, room, piece.typeface, min(piece.least_points, LEAST_ID_POINTS))
     else:
-        name = set_name(piece.name).words if piece.name else ""
-        lines = tuple(filter(None, (set_name(line).words for line in piece.lines)))
+        name = set_name(piece.name)[0] if piece.name else ""
+        lines = tuple(filter(None, (set_name(line)[0] for line in piece.lines)))
         rows = _rows_in(name, lines, _Setting(room, piece.typeface, piece.points, piece.least_points))
     spare = room[1] - _height_of(rows)
     above, below = _beyond(rows)

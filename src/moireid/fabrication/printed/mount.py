@@ -17,12 +17,12 @@ from moireid.badge import Badge
 from moireid.errors import FabricationError
 from moireid.fabrication.part_colours import COLOURS, kind_of
 from moireid.fabrication.printed.holders import HolderBody, as_printed, in_use, plan_holder, shape_holder
-from moireid.fabrication.printed.tray import TrayPlan, plan_tray, seated_twist_deg
+from moireid.fabrication.printed.tray import TrayPlan, plan_tray
 from moireid.fabrication.printed.tray_shape import shape_tray
 from moireid.fabrication.process_figures import BED_MM, LEAST_WALL_MM, MountProcess
 from moireid.fabrication.solids import (
     CAD_PACKAGES,
-    ExpectedSolid,
+    Body,
     cad_package,
     check_3mf,
     check_overhangs,
@@ -41,29 +41,16 @@ PLA_G_PER_MM3 = 1.24e-3
 
 
 @dataclass(frozen=True)
-class Body:
-    """One printed body: its solid as it lies on the bed, its expected measures, and the move to its place in use."""
-
-    name: str
-    on_bed: Any
-    used: Any
-    expected: ExpectedSolid
-
-
-@dataclass(frozen=True)
 class MountReport:
     """The files that were written and checked, and what the parts will be.
 
-    stls: one a body; mass_g: of solid PLA; figures: of a tray twist_deg, the most that page and lens
-    may be turned against each other when both touch their register edges, and press_mm, how far the springs are
-    bent, which is more than none, so that no air is left between page and lens.
+    stls: one a body; mass_g: of solid PLA.
     """
 
     stls: tuple[Path, ...]
     three_mf: Path
     mass_g: float
     bodies: tuple[Body, ...]
-    figures: dict[str, float]
 
 
 #: Figures of a mount, checked: of a tray, and of what carries it.
@@ -77,8 +64,6 @@ def plan_mount(badge: Badge, kind: str, process: MountProcess) -> MountPlan:
     Raises: FabricationError where a lip, a rim or a wall would hide fringes or markers, or a body is larger than a
         printer.
     """
-    if kind not in KINDS:
-        raise FabricationError(f"mount {kind!r} is not known; choose one of {', '.join(KINDS)}")
     plan = plan_tray(badge, process, slots=SLOTS[kind])
     holder = plan_holder(badge, plan, process, kind)
     _check_bed("tray", 2 * plan.out_x, plan.tab_top - plan.bottom, plan.lip_top + process.back_mm)
@@ -109,7 +94,7 @@ def mount_bodies(
         lower = (-tray.out_x, tray.bottom, -process.back_mm)
         upper = (tray.out_x, tray.tab_top, tray.lip_top)
         shape = shape_tray(b3d, tray, process)
-        bodies = [Body("tray", shape, shape, ExpectedSolid(float(shape.volume), lower, upper))]
+        bodies = [Body("tray", shape, shape, float(shape.volume), lower, upper)]
         if holder:
             bodies.append(_holder_body(b3d, holder, tray, process))
     except (ValueError, RuntimeError) as error:
@@ -148,22 +133,21 @@ def write_mount(
         meshes = []
         for body, new in zip(bodies, new_stls, strict=True):
             export_stl(body.on_bed, new, tolerance_mm=tolerance_mm)
-            meshes.append(check_stl(new, body.expected))
+            meshes.append(check_stl(new, body))
             check_overhangs(meshes[-1], body.name)
         colours = [COLOURS[kind_of(body.name)] for body in bodies]
-        export_3mf([(body.name, mesh) for body, mesh in zip(bodies, meshes, strict=True)], new_3mf, colours)
-        check_3mf(new_3mf, [body.expected for body in bodies], colours)
+        export_3mf(list(zip([body.name for body in bodies], meshes, colours, strict=True)), new_3mf)
+        check_3mf(new_3mf, bodies, colours)
         _check_bodies(bodies, meshes, tray, process)
-    mass_g = sum(body.expected.volume_mm3 for body in bodies) * PLA_G_PER_MM3
-    figures = {"twist_deg": seated_twist_deg(tray, process), "press_mm": process.preload_mm}
-    return MountReport(stls, three_mf, mass_g, bodies, figures)
+    mass_g = sum(body.volume_mm3 for body in bodies) * PLA_G_PER_MM3
+    return MountReport(stls, three_mf, mass_g, bodies)
 
 
 def _holder_body(b3d: Any, holder: HolderBody, plan: TrayPlan, process: MountProcess) -> Body:
     shape = shape_holder(b3d, holder)
     location, lower, upper = as_printed(b3d, holder, plan, process)
     used = shape.moved(in_use(b3d, holder, plan))
-    return Body(holder.name, shape.moved(location), used, ExpectedSolid(float(shape.volume), lower, upper))
+    return Body(holder.name, shape.moved(location), used, float(shape.volume), lower, upper)
 
 
 def _check_bed(name: str, *sides_mm: float) -> None:
@@ -181,7 +165,7 @@ def _check_bodies(bodies: tuple[Body, ...], meshes: list[Any], plan: TrayPlan, p
     levels.append(plan.rim_top + (process.lip_mm - plan.chamfer) / 2)
     check_walls(solid_of(meshes[0]), levels, LEAST_WALL_MM, "tray")
     for body, mesh in zip(bodies[1:], meshes[1:], strict=True):
-        low, high = body.expected.lower_mm[2], body.expected.upper_mm[2]
+        low, high = body.lower_mm[2], body.upper_mm[2]
         check_walls(
             solid_of(mesh), [low + share * (high - low) for share in (0.04, 0.5, 0.9)], LEAST_WALL_MM, body.name
         )
