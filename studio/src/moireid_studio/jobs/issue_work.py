@@ -92,6 +92,7 @@ def issue_event(
     Raises: the fault of the first row that has one, and FabricationError where a file fails its check.
     """
     from moireid.fabrication.event import print_event
+    from moireid.fabrication.mount_parts import plan_parts
 
     wanted, folder = ORDERS.validate_python(order), Path("event")
     content, pictures = _opened(people_file, PEOPLE)
@@ -104,7 +105,7 @@ def issue_event(
         event = print_event(
             badges,
             folder,
-            mount=wanted.mount or "none",
+            parts=plan_parts(badges[0], wanted.mount or "none"),
             maker="studio",
             before_moving=lambda: registry.enroll_many(badges),
             progress=progress,
