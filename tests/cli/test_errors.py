@@ -11,7 +11,6 @@ import os
 import shutil
 import subprocess
 import sys
-import wave
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -202,14 +201,6 @@ def _write(path: Path, content: bytes) -> None:
     path.write_bytes(content)
 
 
-def _sound(path: Path, films: Path) -> None:
-    with wave.open(str(path), "wb") as sound:
-        sound.setnchannels(1)
-        sound.setsampwidth(2)
-        sound.setframerate(8000)
-        sound.writeframes(bytes(16000))
-
-
 def _list_of_files(path: Path, films: Path) -> None:
     shutil.copy(films / "genuine_1.0m.mp4", path.parent / "other.mp4")
     _write(path, b"ffconcat version 1.0\nfile other.mp4\n")
@@ -222,7 +213,6 @@ NO_FILMS: dict[str, Callable[[Path, Path], object]] = {
     "cut.mp4": lambda path, films: _write(path, (films / "genuine_1.0m.mp4").read_bytes()[:60000]),
     "text.mp4": lambda path, films: _write(path, b"hello world\n"),
     "noise.mp4": lambda path, films: _write(path, bytes((i * i * 7919 >> 5) & 255 for i in range(5000))),
-    "sound.wav": _sound,
     "drawing.nfo": lambda path, films: _write(path, b"a badge, drawn in letters\n" * 40),
     "list.m3u8": lambda path, films: _write(path, b"#EXTM3U\n#EXTINF:1,\nother.mp4\n"),
     "list.ffconcat": _list_of_files,

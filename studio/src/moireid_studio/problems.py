@@ -36,7 +36,7 @@ PLAIN = (
     (r"axes=xy", "fringes that sense motion sideways and up and down"),
     (r"run the command again", "issue the badges again"),
     (
-        r"\b(axes|colour|format|front|lens|lines|logo|markers|mount|orientation|portrait|template)=",
+        r"\b(axes|colour|format|front|lens|lines|logo|markers|mount|orientation|paper|portrait|size|template)(?:_mm)?=",
         r"\1 ",
     ),
 )
