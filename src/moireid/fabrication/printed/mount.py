@@ -58,8 +58,7 @@ MountPlan = tuple[TrayPlan, HolderBody | None]
 
 
 def plan_mount(badge: Badge, kind: str, process: MountProcess) -> MountPlan:
-    """The figures of a mount, checked in milliseconds and before any CAD package is needed: of a tray and what carries
-    it, or of a snap-in holder.
+    """The figures of a mount, of a tray and what carries it, checked in milliseconds, before any CAD package is needed.
 
     Raises: FabricationError where a lip, a rim or a wall would hide fringes or markers, or a body is larger than a
         printer.
