@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import pytest
 
 from kit.registries import badge_of
 from moireid.errors import RegistryError
 from moireid.idcodes import specimen_of
-from moireid.registry import People, Registry, claimed, holder_of, people_of
+from moireid.registry import Registry, claimed, holder_of, holds
 from moireid.registry.bundle.held import Bundle
 
 
@@ -26,12 +28,12 @@ def test_a_revoked_badge_counts_for_nothing(full, tmp_path):
     barred = claimed(full, "Bo").barred
     assert barred and barred.reason == "lost on the train" and "lost on the train" in barred.text
     holder = holder_of(full, full.find("Bo").id)
-    assert holder and holder.barred == barred and not people_of(full).holds(badge_of("Bo").id)
-    assert claimed(full, "Ada").barred is None and people_of(full).holds(badge_of("Ada").id)
+    assert holder and holder.barred == barred and not holds(partial(holder_of, full), badge_of("Bo").id)
+    assert claimed(full, "Ada").barred is None and holds(partial(holder_of, full), badge_of("Ada").id)
     full.publish(tmp_path / "people.bundle", specimen_of, days=7)
     with Bundle(tmp_path / "people.bundle") as bundle:
         assert bundle.claimed("Bo").barred == barred and bundle.claimed("Ada").barred is None
-        assert not People(bundle.holder_of).holds(badge_of("Bo").id)
+        assert not holds(bundle.holder_of, badge_of("Bo").id)
     with pytest.raises(RegistryError, match="revoked already"):
         full.revoke("Bo", "again")
 

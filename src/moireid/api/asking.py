@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from urllib.parse import urlsplit
@@ -17,7 +18,7 @@ from urllib.parse import urlsplit
 from moireid.badge import Badge, load_badge
 from moireid.errors import SpecError
 from moireid.files import AnyPath, as_path
-from moireid.provenance import FROM_FILE, Standing
+from moireid.provenance import FROM_FILE, BadgeHolder, Standing
 from moireid.question import KnownCamera, Question
 from moireid.verifier.report.circumstances import Circumstances, read_id
 
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
     from moireid.api.places import Place
     from moireid.reading.film_orders import Progress
     from moireid.reading.film_reader import Reader
-    from moireid.registry import People, Registry
+    from moireid.registry import Registry
     from moireid.registry.bundle.held import Bundle
 
 #: From a report's JSON to the circumstances of its check.
@@ -109,7 +110,7 @@ def claim_context(
                 datetime.now(UTC),
                 claim=claim,
                 barred=found.barred,
-                read=people_in(held).holder(other) if isinstance(other, str) else None,
+                read=holder_in(held)(other) if isinstance(other, str) else None,
                 standing=standing,
                 registry=_name(held),
             )
@@ -131,17 +132,19 @@ def search(
     Raises: MoireIdError as `identified_film`.
     """
     from moireid.reading.film_reports import identified_film
+    from moireid.registry import holds
     from moireid.verifier.session.claim import with_badge_notes
 
-    people = people_in(held)
-    outcome = identified_film(film, held.layouts(), camera, track, reader, progress, people)
+    holder = holder_in(held)
+    outcome = identified_film(film, held.layouts(), camera, track, reader, progress, partial(holds, holder))
     found_id = outcome["found_id"]
-    document = outcome | {"found_name": people.name(found_id), "registry": standing.to_json()}
+    found = holder(found_id) if found_id else None
+    document = outcome | {"found_name": found.name if found else None, "registry": standing.to_json()}
     if found_id is not None:
         document = with_badge_notes(document, measured=_claimed(held, found_id).as_built is not None)
     read = read_id(document)
-    holder = people.holder(read) if isinstance(read, str) else None
-    return document, Circumstances(datetime.now(UTC), read=holder, standing=standing, registry=_name(held))
+    known = holder(read) if isinstance(read, str) else None
+    return document, Circumstances(datetime.now(UTC), read=known, standing=standing, registry=_name(held))
 
 
 def _claimed(held: Registry | Bundle, claim: str) -> Question:
@@ -150,11 +153,11 @@ def _claimed(held: Registry | Bundle, claim: str) -> Question:
     return claimed(held, claim) if isinstance(held, Registry) else held.claimed(claim)
 
 
-def people_in(held: Registry | Bundle) -> People:
-    """The people of a registry or a bundle."""
-    from moireid.registry import People, Registry, people_of
+def holder_in(held: Registry | Bundle) -> Callable[[str], BadgeHolder | None]:
+    """From an id to its holder in a registry or a bundle."""
+    from moireid.registry import Registry, holder_of
 
-    return people_of(held) if isinstance(held, Registry) else People(held.holder_of)
+    return partial(holder_of, held) if isinstance(held, Registry) else held.holder_of
 
 
 def _name(held: Registry | Bundle) -> str:

@@ -6,8 +6,9 @@ An honest answer always passes.  One that does not ends the check, and nothing o
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from functools import cache
-from typing import TYPE_CHECKING, Annotated, Any, TypeVar
+from typing import Annotated, Any, TypeVar
 
 import msgspec
 from msgspec import Meta
@@ -16,9 +17,6 @@ from moireid.errors import MediaError
 from moireid.json_schema import report_schema, schema_fault
 from moireid.provenance import Revocation
 from moireid.verifier.report.report_page import Pictures
-
-if TYPE_CHECKING:
-    from moireid.verifier.session.identify import EnrolledPeople
 
 Model = TypeVar("Model")
 #: Frames read, and the number expected.
@@ -49,9 +47,9 @@ class RegistryQuestion(msgspec.Struct, forbid_unknown_fields=True):
     holds: Hex
 
 
-def answer_to(question: object, enrolled: EnrolledPeople, film: object) -> Any:
+def answer_to(question: object, enrolled: Callable[[str], bool], film: object) -> bool:
     """The answer to a question of the process that reads a film.  Raises: MediaError if it is none."""
-    return enrolled.holds(checked(question, RegistryQuestion, film).holds)
+    return enrolled(checked(question, RegistryQuestion, film).holds)
 
 
 class MalformedAnswer(MediaError):

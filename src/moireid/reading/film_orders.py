@@ -50,17 +50,6 @@ def published_method() -> Any:
     raise missing_extra("the published method", "moireid-lab", "", "moireid-lab")
 
 
-class EnrolledQuestions:
-    """The registry as identification sees it: each question is answered by the process that has it."""
-
-    def __init__(self, ask: Ask) -> None:
-        self._ask = ask
-
-    def holds(self, badge_id: str) -> bool:
-        """Whether that id is enrolled, and its badge counts at present."""
-        return bool(self._ask({"holds": badge_id}))
-
-
 def identify_film(
     send: Send,
     ask: Ask,
@@ -74,7 +63,10 @@ def identify_film(
     """Send whose badge a film shows, as `verifier.identify` finds it."""
     from moireid.verifier.session.identify import identify
 
-    found = identify(film, layouts, EnrolledQuestions(ask), camera=camera, track=track, progress=progress)
+    # The process that has the registry answers.
+    found = identify(
+        film, layouts, lambda read: bool(ask({"holds": read})), camera=camera, track=track, progress=progress
+    )
     send({"result": found.to_json()})
 
 

@@ -6,10 +6,10 @@ Convention: this process states what a film cannot show: its path and digest, th
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from moireid.badge import Badge
 from moireid.errors import MediaError
@@ -20,9 +20,6 @@ from moireid.reading.film_orders import Progress, identify_film, judge_film, pub
 from moireid.reading.film_reader import Reader
 from moireid.verifier.opened_file import OpenedFile
 from moireid.version import __version__
-
-if TYPE_CHECKING:
-    from moireid.verifier.session.identify import EnrolledPeople
 
 
 def judged_film(
@@ -56,11 +53,11 @@ def identified_film(
     track: int | None,
     reader: Reader,
     progress: Progress,
-    enrolled: EnrolledPeople,
+    enrolled: Callable[[str], bool],
 ) -> dict[str, Any]:
     """Whose badge a film shows, as JSON, with the parts of the seal under which it was read.
 
-    Parameters: enrolled: whom the reader may ask about.
+    Parameters: enrolled: whether someone holds an id, which the reader may ask.
     Raises: MoireIdError as `verifier.identify` does; MediaError as `judged_film`.
     """
     digest = _digest(film)

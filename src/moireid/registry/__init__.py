@@ -31,7 +31,7 @@ bundle/         what a verifier needs, in one signed file
 
 from moireid.provenance import BadgeHolder
 from moireid.registry.audit_findings import Audit
-from moireid.registry.claimed import People, claimed, claimed_by_file, holder_of, people_of
+from moireid.registry.claimed import claimed, claimed_by_file, holder_of, holds
 from moireid.registry.engine import default_url
 from moireid.registry.record import Record
 from moireid.registry.store import Registry, import_registry, open_registry
@@ -39,14 +39,13 @@ from moireid.registry.store import Registry, import_registry, open_registry
 __all__ = [
     "Audit",
     "BadgeHolder",
-    "People",
     "Record",
     "Registry",
     "claimed",
     "claimed_by_file",
     "default_url",
     "holder_of",
+    "holds",
     "import_registry",
     "open_registry",
-    "people_of",
 ]

@@ -7,8 +7,6 @@ from __future__ import annotations
 
 import unicodedata
 from collections.abc import Callable
-from dataclasses import dataclass
-from functools import partial
 
 from moireid.asbuilt import as_built_from_json, dated_figures
 from moireid.badge import Badge
@@ -140,56 +138,11 @@ def _alike(registry: Registry, name: str) -> tuple[str, ...]:
     return tuple(f"{one.name} ({one.id})" for one in found[:MOST_ALIKE])
 
 
-@dataclass(frozen=True)
-class People:
-    """A registry, or a bundle of it, as identification sees it.
+def holds(holder: Callable[[str], BadgeHolder | None], badge_id: str) -> bool:
+    """Whether an id is enrolled, and its badge counts at present.
 
-    Parameters
-    ----------
-    holder : callable
-        From an id, hex digits of any case, to its `BadgeHolder`, revoked or not, or None.
+    Parameters: holder: as `holder_of`, of a registry or a bundle; badge_id: hex digits of any case.
+    Raises: RegistryError as `holder_of`.
     """
-
-    holder: Callable[[str], BadgeHolder | None]
-
-    def holds(self, badge_id: str) -> bool:
-        """Check whether an id is enrolled, and its badge counts at present.
-
-        Parameters
-        ----------
-        badge_id : str
-            Hex digits of any case.
-
-        Returns
-        -------
-        bool
-            False also for an id that no one has.
-
-        Raises
-        ------
-        RegistryError
-            As `holder_of`.
-        """
-        found = self.holder(badge_id)
-        return found is not None and found.barred is None
-
-    def name(self, badge_id: str | None) -> str | None:
-        """Look up the name of the person who holds an id.
-
-        Parameters
-        ----------
-        badge_id : str or None
-            Hex digits of any case.
-
-        Returns
-        -------
-        str or None
-            The name; None if no one holds it.
-        """
-        found = self.holder(badge_id) if badge_id else None
-        return found.name if found else None
-
-
-def people_of(registry: Registry) -> People:
-    """Everyone in a registry."""
-    return People(partial(holder_of, registry))
+    found = holder(badge_id)
+    return found is not None and found.barred is None

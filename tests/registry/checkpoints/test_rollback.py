@@ -15,7 +15,6 @@ import pytest
 from kit.registries import badge_of, code_of, run, url_of
 from moireid.errors import RegistryError
 from moireid.registry import Registry, claimed, holder_of, open_registry
-from moireid.registry.claimed import people_of
 
 #: A program that revokes, says so, and is killed before it closes anything.
 KILLED = """
@@ -42,7 +41,7 @@ READERS: dict[str, Callable[[Registry], object]] = {
     "head": lambda registry: registry.head(),
     "claimed": lambda registry: claimed(registry, "Ada"),
     "holder_of": lambda registry: holder_of(registry, badge_of("Ada").id),
-    "holds": lambda registry: people_of(registry).holds(str(badge_of("Ada").id)),
+    "holds": lambda registry: holder_of(registry, str(badge_of("Ada").id)),
     "standing": lambda registry: registry.standing(),
     "check_head": lambda registry: registry.check_head(),
     "checkpoint": lambda registry: registry.checkpoint(),

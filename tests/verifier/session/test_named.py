@@ -15,7 +15,7 @@ from moireid.verifier.session.identify import judge
 def found_among(ids: list[str], law: str = "accept", *reasons: Reason, **identity: object):
     invariant = Invariant(law, ())  # type: ignore[arg-type]
     report = SimpleNamespace(reasons=reasons, invariant=invariant, identity=Identity("not_claimed", (), **identity))
-    return judge(report, SimpleNamespace(holds=ids.__contains__))  # type: ignore[arg-type]
+    return judge(report, ids.__contains__)  # type: ignore[arg-type]
 
 
 def test_a_decoded_id_under_another_s_beats_identifies_no_one(rng):

@@ -140,7 +140,7 @@ def check_command(
 
 def _held(found: CheckResult, place: AbstractContextManager[tuple[Registry | Bundle, Standing]]) -> CheckResult:
     """A verdict compared with what a registry or its bundle says of its badge, where it can be believed."""
-    from moireid.api.asking import people_in
+    from moireid.api.asking import holder_in
     from moireid.attest import held_against
     from moireid.attest.registry_answer import badge_of
 
@@ -151,7 +151,7 @@ def _held(found: CheckResult, place: AbstractContextManager[tuple[Registry | Bun
             "this verdict names no identity, so no registry knows its badge; leave out --registry or --bundle"
         )
     with place as (held, _):
-        holder, authority = people_in(held).holder(badge_id), held.authority
+        holder, authority = holder_in(held)(badge_id), held.authority
     if holder is None:
         raise SpecError(f"no one there holds badge {badge_id}; name the registry that issued it")
     return held_against(found, holder, authority.fingerprint, authority.public_hex)

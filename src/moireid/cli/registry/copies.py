@@ -9,6 +9,7 @@ import click
 
 from moireid.cli.common import (
     actor_option,
+    counted,
     echo,
     friendly,
     json_option,
@@ -70,6 +71,6 @@ def registry_import(path: Path, new_key: bool, actor: str | None, registry_url: 
         if as_json:
             show_json({"registry": registry.shown_url, "badges": count, "fingerprint": registry.fingerprint})
             return
-        echo(f"{registry.shown_url} holds the {count} badges of {path}")
+        echo(f"{registry.shown_url} holds the {counted(count, 'badge')} of {path}")
         if registry.key_here is None:
             echo("it can only be read here: the authority's private key is not on this machine")

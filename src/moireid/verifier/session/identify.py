@@ -1,15 +1,14 @@
 """Identification without a claim: which enrolled person's badge does a film show, if any?
 
 The film is read once for each layout among the enrolled badges, usually one.  The payload is decoded without using any
-person's pitches, and then looked up.  If too many symbols are wrong to decode it, they are compared with the code words
-of the enrolled people that agree in part.  A film whose fringes break the motion law shows no enrolled badge.
+person's pitches, and then looked up.  A film whose fringes break the motion law shows no enrolled badge.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import Any, Literal, Protocol
+from typing import Any, Literal
 
 from moireid.badge import Badge
 from moireid.errors import CodeError, SpecError
@@ -22,13 +21,6 @@ from moireid.verifier.session.result import Report
 from moireid.verifier.video import Film, Progress
 
 Finding = Literal["found", "nobody", "inconclusive"]
-
-
-class EnrolledPeople(Protocol):
-    """What identification needs to know about the enrolled people."""
-
-    def holds(self, badge_id: str) -> bool:
-        """Whether that id is enrolled, and its badge counts at present."""
 
 
 @dataclass(frozen=True)
@@ -71,7 +63,7 @@ class Identification:
 def identify(
     video: AnyPath,
     layouts: Iterable[Badge],
-    enrolled: EnrolledPeople,
+    enrolled: Callable[[str], bool],
     *,
     camera: KnownCamera | None = None,
     track: int | None = None,
@@ -85,8 +77,8 @@ def identify(
         The film.
     layouts : iterable of Badge
         One badge of each layout that is enrolled.
-    enrolled : EnrolledPeople
-        Answers whether an id is enrolled, and which ids are alike; `moireid.registry.People` is one.
+    enrolled : callable
+        From an id to whether it is enrolled, and its badge counts at present, as `moireid.registry.holds`.
     camera : KnownCamera, optional
         What is known of the film's camera.
     track : int, optional
@@ -133,7 +125,7 @@ def identify(
     return min(outcomes, key=lambda outcome: order[outcome.finding])
 
 
-def judge(report: Report, enrolled: EnrolledPeople) -> Identification:
+def judge(report: Report, enrolled: Callable[[str], bool]) -> Identification:
     """The finding of one layout's report, made without a question."""
     invariant = report.invariant
     if invariant.verdict == "reject":
@@ -154,12 +146,12 @@ def judge(report: Report, enrolled: EnrolledPeople) -> Identification:
     return Identification("found", found, reasons, report)
 
 
-def _whose(identity: Identity, enrolled: EnrolledPeople) -> tuple[str | None, Reason]:
+def _whose(identity: Identity, enrolled: Callable[[str], bool]) -> tuple[str | None, Reason]:
     """The enrolled id that was read, if any, and the reason."""
     read = identity.decoded_id
     if read is None:
         return None, Reason("identity", "undecided", None, None, "", "No identity can be read from the badge.")
-    if not enrolled.holds(read):
+    if not enrolled(read):
         text = (
             "No one in this registry holds the badge that is shown: it was never issued here, was revoked, or its "
             "holder was erased."

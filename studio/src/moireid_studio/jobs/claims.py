@@ -16,10 +16,10 @@ from moireid.badge import Badge, badge_from_json
 from moireid.errors import RegistryError
 from moireid.idcodes import specimen_of
 from moireid.lenticule import view_law
-from moireid.provenance import Seal, Standing
+from moireid.provenance import BadgeHolder, Seal, Standing
 from moireid.question import KnownCamera, Question
 from moireid.reading.film_orders import Order, identify_film, judge_film, measure_captures
-from moireid.registry import People, Registry, claimed, claimed_by_file, people_of
+from moireid.registry import Registry, claimed, claimed_by_file, holder_of
 from moireid_studio.jobs.task import MOST_OF_A_LAYOUT, Law
 from moireid_studio.problems import Refusal
 from moireid_studio.store.job import Job
@@ -37,7 +37,7 @@ class PreparedJob:
     order: Order | None = None
     laws: Sequence[Law] = ()
     arguments: dict[str, Any] = field(default_factory=dict)
-    people: People | None = None
+    people: Callable[[str], BadgeHolder | None] | None = None
     questions: int = 0
     found: Question | None = None
     standing: Standing | None = None
@@ -63,7 +63,11 @@ def prepared(job: Job, registry: Registry, trust: str | None, maker: Callable[[]
         order = partial(identify_film, film=film, layouts=layouts, camera=camera)
         most = MOST_OF_A_LAYOUT * len(layouts)
         return PreparedJob(
-            order, laws_of(layouts), people=people_of(registry), questions=most, standing=registry.standing(trust)
+            order,
+            laws_of(layouts),
+            people=partial(holder_of, registry),
+            questions=most,
+            standing=registry.standing(trust),
         )
     if job.kind == "capture":
         return PreparedJob(partial(measure_captures, films=[film], badge=badge_from_json(wish["badge_json"])))

@@ -13,8 +13,8 @@ from typing import Any
 
 from moireid.badge import Lens
 from moireid.lenticule import ViewLaw
+from moireid.provenance import BadgeHolder
 from moireid.reading.film_orders import Order
-from moireid.registry import People
 
 #: The signals of a film that was verified, in the folder of its job.
 SIGNALS = "signals.csv"
@@ -50,7 +50,8 @@ class Task:
 MOST_OF_A_LAYOUT = 1
 
 
-def with_name(result: dict[str, Any], people: People) -> dict[str, Any]:
+def with_name(result: dict[str, Any], people: Callable[[str], BadgeHolder | None]) -> dict[str, Any]:
     """A result of identification with the name of the one who was found.  Raises: RegistryError."""
     found = result.get("found_id")
-    return result | {"found_name": people.name(found) if isinstance(found, str) else None}
+    holder = people(found) if isinstance(found, str) else None
+    return result | {"found_name": holder.name if holder else None}

@@ -2,7 +2,7 @@
 
 Loading this module loads all packages of the work.  A process that has loaded it is forked for each job, so that the
 job can begin at once (`child.py`).  The process may be in a stranger's hands, so it never gets the registry: it may ask
-one question (`reading.film_orders.EnrolledQuestions`), which the server answers.
+one question, which the server answers.
 """
 
 from __future__ import annotations

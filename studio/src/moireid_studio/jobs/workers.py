@@ -30,7 +30,7 @@ from moireid.reading.answers import (
     checked_report,
     malformed,
 )
-from moireid.registry import Registry
+from moireid.registry import Registry, holds
 from moireid.sandbox.seal import ProcessLimits
 from moireid.verifier.report.report_page import Pictures
 from moireid.verifier.session.claim import with_badge_notes
@@ -175,7 +175,7 @@ class Doer:
             said.questions -= 1
             if said.questions < 0 or people is None:
                 raise malformed(film, "more questions than a film needs")
-            return patiently(lambda: answer_to(message["ask"], people, film))
+            return patiently(lambda: answer_to(message["ask"], partial(holds, people), film))
         if "progress" in message:
             job.frames = checked(message["progress"], tuple[Count, Count | None], film)
             if time.monotonic() - said.noted_s > PROGRESS_S:
