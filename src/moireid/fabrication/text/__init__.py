@@ -5,6 +5,6 @@ fonts.py     which fonts a typeface is set in, in which order; what no font here
 direction.py which letters run from right to left, and where a line turns
 shaping.py   words → glyphs with their places, in the order in which they are seen
 outlines.py  outlines of glyphs, as curves and as strokes
-pdf_text.py  glyphs in a PDF, and letters that can be searched and copied
+pdf_text.py  glyphs in a PDF, as text that can be searched and copied
 raster.py    glyphs in a picture
 """
