@@ -3,14 +3,14 @@
 import sys
 from pathlib import Path
 
+import moireid as mo
 from moireid.designer import Order, design_badge, explain, random_payload
-from moireid.fabrication.package import print_badge
 
 
 def main(folder: Path) -> None:
     """Print a badge for Ada into `folder`, without a mount."""
     badge = design_badge(Order("Ada Lovelace", lens="50lpi", range_m=(0.8, 2.0)), random_payload())
-    printed = print_badge(badge, folder, mount="none", overwrite=True)
+    printed = mo.print_badge(badge, folder, mount="none", overwrite=True)
     for what, figure in explain(badge):
         print(f"{what:<26} {figure}")
     print("written:", ", ".join(sorted(printed.files)))

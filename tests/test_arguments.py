@@ -24,7 +24,7 @@ WRONG: list[tuple[Callable[..., Any], dict[str, Any], str]] = [
         {"badge": None, "folder": "x"},
         "badge=None is not possible; give a Badge, text or a pathlib.Path",
     ),
-    (mo.print_badge, {"badge": BADGE, "folder": "x", "mount": "nope"}, "give lanyard, clip, stand, holder or none"),
+    (mo.print_badge, {"badge": BADGE, "folder": "x", "mount": "nope"}, "give lanyard, clip, stand or none"),
     (mo.print_badge, {"badge": BADGE, "folder": "x", "measured_scale": (2, 1)}, "give 0.95 to 1.05"),
     (mo.print_badge, {"badge": BADGE, "folder": ""}, "the path is empty"),
     (mo.simulate, {"badge": BADGE, "video": "x.mp4", "distance_m": float("nan")}, "distance_m=nan is not possible"),

@@ -93,7 +93,7 @@ def list_for(
     if found.cutting is not None and sheet_mm is None:
         notes.append(
             f"lens sheets of {ASSUMED_MM[0]:g} x {ASSUMED_MM[1]:g} mm are assumed, as no source states which sizes are "
-            "sold; ask your shop for size and direction of the lenses, and give them as --sheet-size"
+            "sold; ask your shop for size and direction of the lenses, and give them (sheet_mm)"
         )
     title = found.title
     if badge.range_m is not None:

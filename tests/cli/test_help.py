@@ -75,7 +75,7 @@ def test_a_mistyped_command_gets_the_nearest_one(typed: str, meant: str) -> None
 
 #: Outside the commands: what prints whole commands to follow, the installer's own command, and a style sheet.
 NAME_OPTIONS = {
-    "bring_up.py", "progress_page.py", "assembly_words.py", "camera_page.py", "chart_page.py", "extras.py", "plots.py"
+    "bring_up.py", "assembly_words.py", "camera_page.py", "chart_page.py", "extras.py", "plots.py"
 }  # fmt: skip
 
 

@@ -60,7 +60,7 @@ def held_against(found: CheckResult, holder: BadgeHolder, authority: str, public
         if fingerprint(own) != fingerprint(signed_by):
             text = (
                 f"Key {fingerprint(signed_by)[:16]}… signed it. A registry says who holds a badge, and not who signs, "
-                "unless its own authority did; give the signer's key by --key, or --certificate-identity."
+                "unless its own authority did; give the signer's key, or the name in its certificate."
             )
             faults.append(Broken("key", text))
     barred = holder.barred

@@ -176,11 +176,7 @@ def _focal(reports: Sequence[Report]) -> list[Figure]:
     if not seen:
         return []
     camera, long_px = seen[0][0], max(seen[0][1])
-    given = "as calibrated" if camera.focal_given else "solved from the badge; moireid calibrate --camera is finer"
+    given = "as calibrated" if camera.focal_given else "solved from the badge; a film of the camera chart is finer"
     words = f"Focal length, {given}. Shutter from first to last row: {1000 * camera.shutter_s:.0f} ms."
-    advice = (
-        "Calibrate the camera (moireid calibrate --camera), and save it as camera.yaml."
-        if camera.focal_at_limit
-        else ""
-    )
+    advice = "Calibrate the camera by a film of its chart, and save it as camera.yaml." if camera.focal_at_limit else ""
     return [Figure("Camera", camera.focal_px / long_px, camera.focal_sd_px / long_px, "x long side", words, advice)]

@@ -64,7 +64,7 @@ def witness_keys(given: Sequence[str]) -> tuple[VerifierKey, ...]:
     """
     found = [VerifierKey.parse(line) for text in given for line in _lines(text)]
     if given and not found:
-        raise SpecError("no witness is named; give the key of each by --witness-key")
+        raise SpecError("no witness is named; give the key of each (witness_keys)")
     for one in found:
         if one.kind != COSIGNATURE:
             raise SpecError(
