@@ -3,7 +3,8 @@ and the paper's curves as a picture.
 
 A table is between `<!-- scoreboard: NAME -->` and `<!-- end -->`; NAME is `readme`, `all`, `parts`, `kinds` with a
 part's name, or `paper` with one of `paper_tables.TABLES`.
-README shows figures of this version of the sources alone; elsewhere an older figure says so, with its date.
+README shows figures of this version of the sources alone; elsewhere an older figure, shown where a question has none of
+this version, says so, with its date.
 """
 
 from __future__ import annotations
@@ -75,11 +76,13 @@ def _table(cells: Iterable[Sequence[str]]) -> str:
 
 def _cells(name: list[str], document: dict[str, Any]) -> Iterator[Sequence[str]]:
     """The rows of a table, the heading first."""
-    questions: list[Entry] = document["questions"]
+    found: list[Entry] = document["questions"]
+    answered = {(entry["part"], entry["question"]) for entry in found if not entry["older"]}
+    questions = [entry for entry in found if not entry["older"] or (entry["part"], entry["question"]) not in answered]
     if name == ["readme"]:
         yield "question", "films by", "films", *OUTCOMES, "right, 95 %"
-        by_name = {(entry["part"], entry["question"]): entry for entry in questions if not entry["older"]}
-        for entry in (by_name[one] for one in README if one in by_name):
+        by_name = {(entry["part"], entry["question"]): entry for entry in questions}
+        for entry in (by_name[one] for one in README if one in answered):
             yield entry["text"], entry["films_by"], *_counts(entry), _interval(entry)
     elif name == ["all"]:
         yield "question", "films by", "films", *OUTCOMES, "right, 95 %", "`moireid lab bench`", "version, date"
@@ -103,7 +106,13 @@ def _cells(name: list[str], document: dict[str, Any]) -> Iterator[Sequence[str]]
                 several = len(entry["kinds"]) > 1
                 if several:
                     yield (f"*{entry['text']}*{older}", *[""] * 6)
+                single = [kind for kind in entry["kinds"] if kind["films"] == kind["right"] == 1]
+                if several and len(single) > 2:
+                    count = str(len(single))
+                    yield "kinds of one film each", count, count, "0", "0", "", ""
                 for kind in entry["kinds"]:
+                    if several and len(single) > 2 and kind in single:
+                        continue
                     own = kind["figures"]
                     new = {} if shown.get(kind["kind"]) == own else own
                     figures = (f"{key} {low:g}{f' to {high:g}' * (low < high)}" for key, (low, _, high) in new.items())
