@@ -17,7 +17,7 @@ from moireid_lab.archive.isolated import LostJob
 from moireid_lab.bench import bench_rows, scoreboard, sources
 from moireid_lab.bench.bench_rows import Where
 from moireid_lab.bench.part import INCONCLUSIVE, RIGHT, WRONG, Asked, Part, interleaved
-from moireid_lab.bench.scoreboard import DOCUMENT, ROWS, document_of, newest_rows, plan, run, tidy
+from moireid_lab.bench.scoreboard import ROWS, document_of, newest_rows, plan, run, tidy
 from moireid_lab.bench.scoreboard_tables import PAGES, SCOREBOARD, with_tables, written
 from moireid_lab.bench.sources import judged
 from moireid_lab.evaluation.statistics import interval
@@ -146,9 +146,7 @@ def test_the_short_scoreboard_agrees_with_the_whole(tmp_path: Path):
     """Catches: a change by which films come out otherwise than the scoreboard says."""
     done = CliRunner().invoke(moireid, ["lab", "scoreboard", "--short", "--out", str(tmp_path), "--json"])
     assert done.exit_code == 0, done.stderr
-    whole = {
-        (one["part"], one["question"]): one for one in json.loads((SCOREBOARD / DOCUMENT).read_text())["questions"]
-    }
+    whole = {(one["part"], one["question"]): one for one in documented(SCOREBOARD)["questions"]}
     found = json.loads(done.stdout)["questions"]
     assert len(found) > 10
     for entry in found:

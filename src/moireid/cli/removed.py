@@ -17,6 +17,13 @@ REMOVED = {
     "calibrate-camera": "use calibrate --camera --out chart.pdf for the chart, and calibrate FILM --camera for its "
     "film",
     "calibrate --band": "give a photograph of the chart with the sheet on it",
+    "first-badge --record": "verify --report DIR keeps what a film of the badge shows",
+    "pitch-test --measured-scale": "give what a ruler reads on the print to calibrate --measured-scale",
+    "print --mount holder": "the tray of --mount lanyard, clip or stand holds card and sheet",
+    "enroll --expires": "revoke the badge when its time is over",
+    "registry suspend": "revoke the badge, and issue another one when it is found: a badge is valid or revoked",
+    "registry reinstate": "issue another badge: one that is revoked stays so",
+    "registry revoke --since": "leave it out: films of before the revocation do not count either",
     "print --front array": "--axes xy or --axes hex sense more directions under a lenticular sheet",
     "simulate --leave-out": "what a scene does not need, such as glare without a lamp, is left out by itself",
     "simulate --quick": "leave it out: every film is now encoded as fast",
@@ -37,9 +44,10 @@ class Removed(click.ClickException):
 
 
 def check_present(error: click.UsageError) -> None:
-    """Raise Removed if an option or a value that a command does not have is one that is gone."""
+    """Raise Removed if a command, an option or a value that there is not is one that is gone."""
     path = error.ctx.command_path.partition(" ")[2] if error.ctx else ""
-    if isinstance(error, click.NoSuchOption) and (words := f"{path} {error.option_name}") in REMOVED:
-        raise Removed(words) from error
-    if "'array'" in error.message and path == "print":
-        raise Removed("print --front array") from error
+    for words in REMOVED:
+        last = words.rpartition(" ")[2]
+        meant = error.option_name == last if isinstance(error, click.NoSuchOption) else f"'{last}'" in error.message
+        if meant and words.startswith(f"{path} "):
+            raise Removed(words) from error
