@@ -75,6 +75,14 @@ def test_a_row_is_made_again_once_a_file_that_it_depends_on_has_changed(made: li
     assert len((tmp_path / ROWS).read_text().splitlines()) == 6
 
 
+def test_words_about_the_code_change_no_row():
+    """Catches: a row that is older for a comment; one that is not for a string, or for lines that moved inside one."""
+    plain = 'def f(x):\n    return g(\n        """a\n\n# b""", x\n    )'
+    wordy = '"""Page."""\n\n# Why.\n' + plain.replace("(x):", '(x):  # so\n    """Say.\n\n    More."""  # here\n')
+    assert sources.code_of(wordy) == sources.code_of(plain) == plain
+    assert sources.code_of(plain.replace("\n\n# b", "\n# b")) != plain
+
+
 def test_a_case_that_is_lost_is_named_and_made_again(made: list[str], tmp_path: Path, monkeypatch):
     """Catches: a run that ends with its first failure, or counts it as an answer."""
 

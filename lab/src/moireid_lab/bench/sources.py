@@ -1,17 +1,20 @@
 """The files that a row depends on: the project's modules that its process has loaded, and the data next to those.
 
 As with the dependency files of build systems, a row is older once one of them has changed: a new import can only come
-through such a change.
+through such a change.  Words about the code, which are docstrings and comments, change no row.
 """
 
 from __future__ import annotations
 
 import hashlib
+import io
 import os
 import sys
+import tokenize
 from collections.abc import Iterable, Sequence
 from datetime import UTC, datetime
 from functools import cache
+from itertools import pairwise
 from pathlib import Path
 
 from moireid_lab.bench.part import Asked, Row
@@ -22,6 +25,10 @@ ROOT = Path(__file__).parents[4]
 FOLDERS, RUNNERS = ("src", "studio", "lab", "benchmarks"), ("lab/src/moireid_lab/archive", "src/moireid/sandbox")
 #: Files next to a module that it may read.
 DATA = (".c", ".h", ".csv", ".json", ".toml", ".npz")
+
+#: What stands before and after a string that is a statement by itself, a docstring.
+STATEMENT_BEGINS = (tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT)
+STATEMENT_ENDS = (tokenize.NEWLINE, tokenize.COMMENT)
 
 
 def judged(job: tuple[str, str, Asked, Path]) -> Row:
@@ -59,7 +66,7 @@ def is_older(row: Row) -> bool:
 
 
 def version_of(files: Sequence[str]) -> str:
-    """Hash of the names and the content of files."""
+    """Hash of the names and the content of files, words about the code apart."""
     return hashlib.sha256("".join(f"{name}\0{_content(name)}\n" for name in files).encode()).hexdigest()[:12]
 
 
@@ -67,4 +74,24 @@ def version_of(files: Sequence[str]) -> str:
 def _content(name: str) -> str:
     """Hash of a file's content when it is first asked for; empty where it is gone."""
     path = ROOT / name
-    return hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else ""
+    if not path.is_file():
+        return ""
+    content = path.read_bytes()
+    return hashlib.sha256(code_of(content.decode()).encode() if path.suffix == ".py" else content).hexdigest()
+
+
+def code_of(text: str) -> str:
+    """Python source without docstrings, comments and lines that hold nothing else."""
+    lines, last, gone = text.splitlines(), tokenize.NEWLINE, set()
+    tokens = list(tokenize.generate_tokens(io.StringIO(text).readline))
+    for token, after in pairwise(tokens):
+        (first, begin), (end, _) = token.start, token.end
+        if token.type == tokenize.COMMENT:
+            lines[first - 1] = lines[first - 1][:begin].rstrip()
+        if token.type == tokenize.NL and not lines[first - 1].strip():
+            gone.add(first)
+        if token.type == tokenize.STRING and last in STATEMENT_BEGINS and after.type in STATEMENT_ENDS:
+            gone |= set(range(first, end + 1))
+        if token.type not in (tokenize.COMMENT, tokenize.NL):
+            last = token.type
+    return "\n".join(line for number, line in enumerate(lines, 1) if number not in gone)
