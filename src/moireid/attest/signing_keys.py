@@ -176,7 +176,9 @@ def certificate_digest(certificate: x509.Certificate) -> str:
 
 def holder(certificate: x509.Certificate) -> str:
     """The holder that a certificate names, as its issuer states it."""
-    return _named(certificate.subject)
+    parts = map(certificate.subject.get_attributes_for_oid, (NameOID.COMMON_NAME, NameOID.ORGANIZATION_NAME))
+    words = [str(found[0].value) for found in parts if found]
+    return ", ".join(dict.fromkeys(words)) or "nobody"
 
 
 def fingerprint_of(certificate: x509.Certificate) -> str | None:
@@ -210,9 +212,3 @@ def _content(path: Path) -> bytes:
 
 def _certificates(content: bytes) -> tuple[x509.Certificate, ...]:
     return tuple(x509.load_pem_x509_certificate(found[0]) for found in CERTIFICATE.finditer(content))
-
-
-def _named(name: x509.Name) -> str:
-    parts = [name.get_attributes_for_oid(oid) for oid in (NameOID.COMMON_NAME, NameOID.ORGANIZATION_NAME)]
-    words = [str(found[0].value) for found in parts if found]
-    return ", ".join(dict.fromkeys(words)) or "nobody"

@@ -28,11 +28,12 @@ def prepare(engine: Engine, shown: str, *, create: bool, make_authority: bool, a
     Raises: RegistryError if the database holds nothing, another program's tables, others than moireid made, or another
         version of ours.
     """
-    with engine.connect() as connection:
-        names, public_key = look(connection)
     made = False
-    if create and (not names or (public_key is None and make_authority and names >= TABLES)):
-        made = _create(engine, actor, make_authority=make_authority)
+    if create:
+        with engine.connect() as connection:
+            names, public_key = look(connection)
+        if not names or (public_key is None and make_authority and names >= TABLES):
+            made = _create(engine, actor, make_authority=make_authority)
     with engine.connect() as connection:
         names, public_key = look(connection)
         if {schema.schema_version.name, schema.badges.name} <= names:

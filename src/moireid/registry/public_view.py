@@ -3,15 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from datetime import timedelta
 from pathlib import Path
+
+import msgspec
 
 from moireid.badge import Badge
 from moireid.errors import RegistryError
+from moireid.files import planned, whole_file
 from moireid.provenance import Standing
-from moireid.registry.bundle.publish import Progress, publish
+from moireid.registry.bundle.bundle_file import TIME, BundleContent, now, read_bundle_file, sealed_file
+from moireid.registry.bundle.publish import Progress, sealed_people, unsealed_people
 from moireid.registry.checkpoints.checkpoint import ORIGIN, Checkpoint, sign_checkpoint
 from moireid.registry.checkpoints.cosignature import signers
 from moireid.registry.checkpoints.note import VerifierKey, authority_key
+from moireid.registry.engine import sqlite_file
 from moireid.registry.keys import as_fingerprint
 from moireid.registry.queries import RegistryQueries
 from moireid.registry.record import Record
@@ -94,13 +100,13 @@ class PublicView(RegistryQueries):
             tree = ledger.tree_in(connection)
             for one in older:
                 one.check(ledger.authority, f"of {one.date}")
-                if (proof := tree.consistency(one.size, one.root)) is None:
+                if (proof := tree.consistency(one.head)) is None:
                     raise RegistryError(
                         f"{ledger.called} does not begin as its checkpoint of {one.date} says, so nothing is signed; "
                         "audit the registry since that checkpoint"
                     )
-                proofs.append((one.size, proof))
-            return sign_checkpoint(tree, signer), proofs
+                proofs.append((one.head.seq, proof))
+            return sign_checkpoint(tree.head, signer), proofs
 
     def require_witnesses(self, witnesses: Sequence[VerifierKey], checkpoint: Checkpoint) -> None:
         """From now on rely only on badges that witnesses have seen, in this registry as it is open.
@@ -134,17 +140,17 @@ class PublicView(RegistryQueries):
                 )
             checkpoint.check(ledger.authority, source)
             signers(witnesses, checkpoint.note, source)
-            tree = ledger.tree_in(connection)
-            goes_on = tree.consistency(checkpoint.size, checkpoint.root) is not None
-        if tree.size < checkpoint.size:
+            tree, seen = ledger.tree_in(connection), checkpoint.head.seq
+            goes_on = tree.consistency(checkpoint.head) is not None
+        if tree.head.seq < seen:
             raise RegistryError(
-                f"{ledger.called} has {tree.size} log entries, and witnesses have seen {checkpoint.size}: it was "
+                f"{ledger.called} has {tree.head.seq} log entries, and witnesses have seen {seen}: it was "
                 "rolled back to an earlier state; get its newest copy from those who run it",
                 code="rolled_back",
             )
         if not goes_on:
             raise RegistryError(
-                f"{ledger.called} does not begin with the {checkpoint.size} log entries that witnesses have seen: it "
+                f"{ledger.called} does not begin with the {seen} log entries that witnesses have seen: it "
                 "was forked; ask those who run it, and audit it since that checkpoint",
                 code="forked",
             )
@@ -191,12 +197,28 @@ class PublicView(RegistryQueries):
         SpecError
             If the file exists and `overwrite` is false, or cannot be written.
         """
-        return publish(
-            self._ledger,
-            Path(path),
-            specimen,
-            days=days,
-            overwrite=overwrite,
-            progress=progress,
-            checkpoint=checkpoint,
-        )
+        ledger, path, versions = self._ledger, Path(path), dict[str, str]()
+        planned([path], overwrite=overwrite, kept=[sqlite_file(ledger.url)])
+        signer, entries = ledger.signer(), []
+        with ledger.snapshot() as connection:
+            tree = ledger.tree_in(connection)
+            for entry in tree.entries():
+                entries.append(bytes.fromhex(entry["hash"]))
+                versions[entry["subject"]] = entry["record_sha256"]
+            if checkpoint is None:
+                checkpoint = sign_checkpoint(tree.head, signer)
+            checkpoint.check(ledger.authority, f"of {checkpoint.date}")
+            if checkpoint.head != tree.head:
+                raise RegistryError(
+                    f"the checkpoint of {checkpoint.date} is of {checkpoint.head.seq} log entries, and {ledger.called} "
+                    f"has another log, of {tree.head.seq}; have a checkpoint of today's log cosigned, and publish "
+                    "before it grows"
+                )
+            unsealed, layouts = unsealed_people(connection, ledger, specimen, versions)
+        people = sealed_people(unsealed, progress)
+        content = msgspec.json.encode(BundleContent(checkpoint.note, b"".join(entries), layouts, people))
+        expires = (now() + timedelta(days=days)).strftime(TIME)
+        with whole_file(path) as temporary:
+            temporary.write_bytes(sealed_file(signer, expires, content))
+            read_bundle_file(temporary)
+        return len(people), expires

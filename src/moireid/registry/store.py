@@ -26,7 +26,7 @@ from moireid.registry.ledger import Ledger, Transaction, open_ledger
 from moireid.registry.public_view import PublicView
 from moireid.registry.record import Record, new_record
 from moireid.registry.schema import badges, select_records
-from moireid.registry.transfer import checked_copy, count, export, merge, sign_anew
+from moireid.registry.transfer import checked_copy, export, merge, sign_anew
 
 Progress = Callable[[int, int | None], None]
 
@@ -339,4 +339,4 @@ def import_registry(path: Path | str, url: str | None, *, actor: str | None = No
         open_registry(url, create=True, make_authority=new_key, actor=actor) as registry,
     ):
         (sign_anew if new_key else merge)(copy, registry._ledger, registry.actor)
-        return count(copy)
+        return copy.count()

@@ -25,7 +25,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from sqlalchemy import Connection, delete, func, insert, select
+from sqlalchemy import Connection, delete, insert, select
 from sqlalchemy.engine import URL
 
 from moireid.errors import RegistryError
@@ -35,7 +35,7 @@ from moireid.registry.engine import chunks, clean, sqlite_file, translated, writ
 from moireid.registry.keys import account
 from moireid.registry.ledger import Ledger, open_ledger
 from moireid.registry.log import ERASE
-from moireid.registry.record import Fault
+from moireid.registry.record import Fault, record_of
 from moireid.registry.schema import authority, badges, log, pages, select_records
 
 #: The tables of which a copy is made, and the key of each.
@@ -47,7 +47,7 @@ def export(ledger: Ledger, path: Path, *, overwrite: bool, progress: Callable[[i
     planned([path], overwrite=overwrite, kept=[sqlite_file(ledger.url)])
     # Badges can be printed from it.
     with whole_file(path, private=True) as temporary, ledger.reported(), _copied(ledger, temporary, progress) as copy:
-        return count(copy)
+        return copy.count()
 
 
 @contextmanager
@@ -98,11 +98,6 @@ def _copied(source: Ledger, path: Path, progress: Callable[[int, int | None], No
         copy.engine.dispose()
 
 
-def count(ledger: Ledger) -> int:
-    """The number of its records."""
-    return int(ledger.rows(select(func.count()).select_from(badges))[0][0])
-
-
 def _url_of(path: Path) -> URL:
     return URL.create("sqlite", database=str(path.absolute()))
 
@@ -121,9 +116,9 @@ def merge(source: Ledger, target: Ledger, actor: str) -> None:
             )
         with target.writing(actor, older=True) as transaction:
             theirs, ours, here = source.tree_in(there), transaction.tree, transaction.connection
-            if ours.consistency(theirs.size, theirs.root) is not None:
+            if ours.consistency(theirs.head) is not None:
                 return
-            if theirs.consistency(ours.size, ours.root) is None:
+            if theirs.consistency(ours.head) is None:
                 raise RegistryError(
                     f"registry {target.shown} holds log entries that this export lacks, and lacks others of it: one of "
                     "the two is a fork; import the export into an empty registry, and enroll and revoke there what is "
@@ -143,13 +138,13 @@ def sign_anew(source: Ledger, target: Ledger, actor: str) -> None:
     Raises: RegistryError if it is not empty, or its private key is not on this machine.
     """
     with source.snapshot() as there, target.writing(actor) as transaction:
-        if transaction.tree.size > 1:
+        if transaction.tree.head.seq > 1:
             raise RegistryError(
                 f"registry {target.shown} is not empty, and records are signed anew in an empty one alone; give "
                 "another URL"
             )
         for rows in chunks(pages(there, select_records(), badges.c.id)):
-            transaction.enter([source.record(row) for row in rows], "import")
+            transaction.enter([record_of(row, source.authority) for row in rows], "import")
         # Their ids are not issued again here either.
         for erased in there.scalars(select(log.c.subject).where(log.c.action == ERASE)).all():
             transaction.log(ERASE, erased)

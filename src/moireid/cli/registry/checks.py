@@ -118,11 +118,11 @@ def registry_checkpoint(registry: Registry, path: Path, earlier: Path | None, ov
     write_text(path, made.note)
     if as_json:
         document = {"registry": registry.shown_url, "file": str(path), "fingerprint": made.fingerprint}
-        state = {"size": made.size, "root": made.root.hex(), "date": made.date}
+        state = {"size": made.head.seq, "root": made.head.hash, "date": made.date}
         steps = [{"size": size, "proof": [step.hex() for step in proof]} for size, proof in proofs]
         show_json(document | state | {"consistent_with": steps})
     else:
-        echo(f"{path}: {made.size} entries, signed by {made.fingerprint} on {made.date}")
+        echo(f"{path}: {made.head.seq} entries, signed by {made.fingerprint} on {made.date}")
 
 
 @registry_command("publish", overwrite_option)

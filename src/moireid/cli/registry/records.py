@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable
-from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -179,10 +178,10 @@ def registry_log(registry: Registry, claim: str | None, limit: int, as_json: boo
     """
     entries, shown = registry.entries(claim, limit), registry.shown_url
     if as_json:
-        show_json({"registry": shown, "entries": [asdict(entry) for entry in entries]})
+        show_json({"registry": shown, "entries": entries})
         return
     for entry in entries:
-        echo(f"{entry.seq:>6}  {entry.time}  {entry.action:<11}  {entry.subject}  {entry.actor}")
+        echo("{seq:>6}  {time}  {action:<11}  {subject}  {actor}".format_map(entry))
 
 
 @registry_command("erase", writes=True)
@@ -203,9 +202,9 @@ def registry_erase(registry: Registry, claim: str, sure: bool, as_json: bool) ->
     entry, cleaned = registry.erase(claim)
     shown = registry.shown_url
     if as_json:
-        show_json({"registry": shown, "subject": entry.subject, "erased_at": entry.time, "cleaned": cleaned})
+        show_json({"registry": shown, "subject": entry["subject"], "erased_at": entry["time"], "cleaned": cleaned})
     else:
-        echo(f"the holder of badge {entry.subject} is erased from {shown} since {entry.time}")
+        echo(f"the holder of badge {entry['subject']} is erased from {shown} since {entry['time']}")
     if not cleaned:
         say(
             "note: the database could not be written anew, so parts of it that are not in use may still hold the data; "
