@@ -39,22 +39,28 @@ from moireid.registry.log import (
     next_rows,
 )
 from moireid.registry.log_tree import LogTree
-from moireid.registry.opening import prepare
+from moireid.registry.opening import Make, prepare
 from moireid.registry.record import Fault, Record, record_of, tampered
 from moireid.registry.rollback import Watch
 from moireid.registry.seen import remember
 
 
-def open_ledger(url: URL, *, create: bool, make_authority: bool, actor: str) -> Ledger:
-    """What `open_registry` opens, at a URL that `read_url` has read; actor: who makes it, if it is absent."""
-    _look_for_file(url, create=create)
-    engine = connect(url, create=create)
+def open_ledger(url: URL, make: Make | None, *, checked: bool = True) -> Ledger:
+    """The ledger at a URL that `read_url` has read.
+
+    Parameters: make: fills an empty database, None if it must be filled; checked: whether it is compared with what was
+        seen before, and its state remembered.
+    """
+    _look_for_file(url, create=make is not None)
+    engine = connect(url, create=make is not None)
     try:
         with translated(url):
-            public_key, made = prepare(engine, show_url(url), create=create, make_authority=make_authority, actor=actor)
-        ledger = Ledger(engine, url, public_key)
-        if made:
-            ledger.remember()
+            public_key, made = prepare(engine, show_url(url), make)
+        ledger = Ledger(engine, url, public_key, made=made, checked=checked)
+        if made and checked:
+            # Whatever was seen at this place before: it was made here.
+            with ledger.reported(), snapshot(engine) as connection:
+                ledger._keep(ledger.tree_in(connection).head)
         return ledger
     except RegistryError:
         engine.dispose()
@@ -68,8 +74,8 @@ SALT_BYTES = 16
 class Ledger:
     """A database, and the authority whose signatures count in it."""
 
-    def __init__(self, engine: Engine, url: URL, public_key: str | None) -> None:
-        """Raises: RegistryError if `public_key` is no key; it is None for a registry that awaits an import."""
+    def __init__(self, engine: Engine, url: URL, public_key: str | None, *, made: bool, checked: bool) -> None:
+        """Raises: RegistryError if `public_key` is no key, 64 hex digits."""
         self.engine = engine
         self.url = url
         self.shown = show_url(url)
@@ -79,38 +85,18 @@ class Ledger:
         self.place = url.set(password=None).render_as_string()
         #: The fingerprint of the one authority that counts; None for the one that was seen at this place first.
         self.trust: str | None = None
-        #: Whether it is compared with what was seen before, and whether its state could be remembered.
-        self.checked, self.remembered = True, True
+        #: Whether it was made just now, is compared with what was seen before, and could be remembered.
+        self.made, self.checked, self.remembered = made, checked, True
         #: The head that witnesses have seen, if a reader asks for that (`Registry.require_witnesses`); else None.
         self.witnessed: Head | None = None
         #: The log as an earlier transaction read it.
         self._tree: LogTree | None = None
         self._signer: Signer | None = None
-        self._authority: Authority | None = None
-        if public_key is not None:
-            self.adopt(public_key)
-
-    def adopt(self, public_key: str) -> None:
-        """Make `public_key`, 64 hex digits, the authority's key.  Raises: RegistryError if it is no key."""
         try:
-            self._authority = Authority(public_key)
+            #: The authority whose signatures count.
+            self.authority = Authority(public_key or "")
         except (TypeError, ValueError) as error:
             raise tampered(self.shown, Fault("public_key", "its public key is none")) from error
-        self._signer = None
-
-    @property
-    def authority(self) -> Authority:
-        """The authority whose signatures count.  Raises: RegistryError if the registry awaits an import."""
-        if self._authority is None:
-            raise RegistryError(
-                f"registry {self.shown} has no authority yet; run `moireid registry init`, or import an export"
-            )
-        return self._authority
-
-    @property
-    def has_authority(self) -> bool:
-        """Whether there is an authority; only a registry that awaits an import has none."""
-        return self._authority is not None
 
     def signer(self) -> Signer:
         """The private key, read once.  Raises: RegistryError if it is not on this machine."""
@@ -149,11 +135,6 @@ class Ledger:
         self.remembered = standing.remembered
         return standing
 
-    def remember(self) -> None:
-        """Remember its present state, whatever was seen at this place before: it was made here."""
-        with self.reported(), snapshot(self.engine) as connection:
-            self._keep(self.tree_in(connection).head)
-
     def _keep(self, head: Head) -> None:
         self.remembered = remember(self.place, self.authority.fingerprint, head)
 
@@ -184,7 +165,10 @@ class Ledger:
         query = select(schema.authority)
         row = connection.execute(query.with_for_update() if lock else query).first()
         if row is None or row.public_key != self.authority.public_hex:
-            raise self._other_authority()
+            raise RegistryError(
+                f"registry {self.shown} has come under another authority since it was opened; open it again",
+                code="public_key",
+            )
         last = connection.scalar(select(func.max(schema.log.c.seq)))
         if not isinstance(last, int | None):
             # The tables were exchanged since they were looked at; text is the last, so all others are numbers.
@@ -199,7 +183,7 @@ class Ledger:
 
         Raises: RegistryError as `Watch.compare`: whatever is shown, judged, exported or counted is read here.
         """
-        watch = Watch(self.called, self.place) if self.checked and self.has_authority else None
+        watch = Watch(self.called, self.place) if self.checked else None
         with self.reported(), snapshot(self.engine) as connection:
             if watch is not None:
                 self._compared(connection, watch)
@@ -250,25 +234,6 @@ class Ledger:
                 raise Fault("head_hash", "the database did not keep the head that was signed")
             watch.compare(own, tree.head, tree.leads_from, self.trust)
         self._keep(tree.head)
-
-    @contextmanager
-    def filling(self, authority: Authority) -> Iterator[Connection]:
-        """A transaction in which an authority's content is copied into a registry that awaits one."""
-        after = copy(self)
-        after.adopt(authority.public_hex)
-        with self.reported(), writing(self.engine) as connection:
-            if connection.execute(select(schema.authority)).first() is not None:
-                raise self._other_authority()
-            yield connection
-            head = after.tree_in(connection).head
-        self.adopt(authority.public_hex)
-        self._keep(head)
-
-    def _other_authority(self) -> RegistryError:
-        return RegistryError(
-            f"registry {self.shown} has come under another authority since it was opened; open it again",
-            code="public_key",
-        )
 
 
 class Transaction:

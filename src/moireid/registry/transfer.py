@@ -7,8 +7,8 @@ An import:
 1. The file is copied into a new registry in a temporary folder, and audited there.  If it was cut or changed, the
    import ends here, and nothing was written.
 2. It is merged in one transaction, in the first of these ways that fits:
-   - the registry has no authority yet: it becomes a copy of the export, with the export's authority and signatures.
-     Without the private key it can be read, and no more.
+   - there is no registry yet: it becomes a copy of the export, with the export's authority and signatures.  Without
+     the private key it can be read, and no more.
    - the export's log is a part of the registry's: there is nothing to do.
    - the registry's log is a part of the export's: it becomes a copy, too.
    Else both have grown on their own, and one of them is a fork: nothing is imported.
@@ -23,18 +23,19 @@ from __future__ import annotations
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 
-from sqlalchemy import Connection, delete, insert, select
+from sqlalchemy import Connection, Engine, delete, insert, select
 from sqlalchemy.engine import URL
 
 from moireid.errors import RegistryError
 from moireid.files import open_regular, planned, whole_file
 from moireid.registry.audit import audit
-from moireid.registry.engine import chunks, clean, sqlite_file, translated, writing
-from moireid.registry.keys import account
+from moireid.registry.engine import chunks, clean, sqlite_file, translated
 from moireid.registry.ledger import Ledger, open_ledger
 from moireid.registry.log import ERASE
+from moireid.registry.opening import make_tables
 from moireid.registry.record import Fault, record_of
 from moireid.registry.schema import authority, badges, log, pages, select_records
 
@@ -62,7 +63,7 @@ def checked_copy(path: Path) -> Iterator[Ledger]:
         except OSError as error:
             raise RegistryError(f"export {path} cannot be read ({error.strerror}); give the path of one") from error
         # What others exported is compared with what was seen when it is merged.
-        source = open_ledger(_url_of(path), create=False, make_authority=False, actor=account()).unchecked()
+        source = open_ledger(_url_of(path), None, checked=False)
         try:
             with _copied(source, Path(folder) / "copy.sqlite3") as copy:
                 yield copy
@@ -83,12 +84,8 @@ def _copied(source: Ledger, path: Path, progress: Callable[[int, int | None], No
     Its own tables and indexes are new, so what a hostile database hides by its own is not hidden here.
     Raises: Fault if it is not sound.
     """
-    public_key = source.authority.public_hex
-    copy = open_ledger(_url_of(path), create=True, make_authority=False, actor=account()).unchecked()
+    copy = open_ledger(_url_of(path), partial(make_copy, source), checked=False)
     try:
-        with source.snapshot() as there, translated(copy.url), writing(copy.engine) as here:
-            _copy(there, here)
-        copy.adopt(public_key)
         seen = audit(copy, progress)
         if not seen.sound:
             more = f", and {seen.found - 1} more" if seen.found > 1 else ""
@@ -104,11 +101,10 @@ def _url_of(path: Path) -> URL:
 
 def merge(source: Ledger, target: Ledger, actor: str) -> None:
     """Take all that `source`, which is sound, holds into `target`, in one transaction; `actor` does it."""
+    if target.made:
+        # As a copy of it.
+        return
     with source.snapshot() as there:
-        if not target.has_authority:
-            with target.filling(source.authority) as here:
-                _copy(there, here)
-            return
         if target.authority.public_hex != source.authority.public_hex:
             raise RegistryError(
                 f"registry {target.shown} is of authority {target.authority.fingerprint}, and this export is of "
@@ -148,6 +144,12 @@ def sign_anew(source: Ledger, target: Ledger, actor: str) -> None:
         # Their ids are not issued again here either.
         for erased in there.scalars(select(log.c.subject).where(log.c.action == ERASE)).all():
             transaction.log(ERASE, erased)
+
+
+def make_copy(source: Ledger, engine: Engine) -> bool:
+    """Make a registry of all that another one holds at this moment."""
+    with source.snapshot() as there, translated(engine.url):
+        return make_tables(engine, partial(_copy, there))
 
 
 def _copy(there: Connection, here: Connection) -> None:

@@ -38,12 +38,10 @@ def registry_command(
     name: str,
     *options: Callable[[click.Command], click.Command],
     create: bool = False,
-    writes: bool = False,
 ) -> Callable[[Callable[..., None]], click.Command]:
     """Make a command of a function whose first argument is an open registry.
 
-    Parameters: options: those between --registry and --json in the help; create: make the registry if it is absent;
-        writes: the log names who does it.
+    Parameters: options: those between --registry and --json in the help; create: make the registry if it is absent.
     """
 
     def decorate(function: Callable[..., None]) -> click.Command:
@@ -59,10 +57,7 @@ def registry_command(
                         say(f"note: {FORGETFUL}")
 
         command = registry_group.command(name)(friendly(run))
-        shared: list[Callable[[click.Command], click.Command]] = [registry_option, *options, json_option]
-        if writes:
-            shared.insert(0, actor_option)
-        for add_to in shared:
+        for add_to in (registry_option, *options, json_option):
             add_to(command)
         return command
 
@@ -184,7 +179,7 @@ def registry_log(registry: Registry, claim: str | None, limit: int, as_json: boo
         echo("{seq:>6}  {time}  {action:<11}  {subject}  {actor}".format_map(entry))
 
 
-@registry_command("erase", writes=True)
+@registry_command("erase", actor_option)
 @click.argument("claim", metavar="NAME|ID")
 @click.option("--yes", "sure", is_flag=True, help="Do it. Without this nothing is erased, as it cannot be taken back.")
 def registry_erase(registry: Registry, claim: str, sure: bool, as_json: bool) -> None:
@@ -212,7 +207,7 @@ def registry_erase(registry: Registry, claim: str, sure: bool, as_json: bool) ->
         )
 
 
-@registry_command("revoke", writes=True)
+@registry_command("revoke", actor_option)
 @click.argument("claim", metavar="NAME|ID")
 @click.option(
     "--reason", required=True, metavar="TEXT", help="Why, on one line. Everyone who verifies the badge sees it."

@@ -14,7 +14,6 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from os import cpu_count
 from pathlib import Path
-from types import TracebackType
 
 from moireid.asbuilt import DatedFigures, as_built_from_json
 from moireid.badge import Badge, badge_from_json
@@ -86,9 +85,7 @@ class Bundle:
     def __enter__(self) -> Bundle:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         del self._content
 
     def claimed(self, claim: str) -> Question:
