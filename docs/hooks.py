@@ -59,9 +59,8 @@ BY_FILE = {
         "solid_parts.mount_solids",
     ),
     "moireid.attest": (
-        *("certificate_identity.CertificateIdentity", "checking.CheckResult", "checking.check"),
-        *("envelope.signed_envelope", "registry_answer.held_against", "signing_keys.SigningKey"),
-        *("signing_keys.load_public_key", "signing_keys.load_signing_key"),
+        *("checking.CheckResult", "checking.check", "envelope.signed_envelope", "registry_answer.held_against"),
+        *("signing_keys.SigningKey", "signing_keys.load_public_key", "signing_keys.load_signing_key"),
     ),
     "moireid.calibration": (
         *("chart_reading.ChartView", "chart_reading.view_chart", "lens_fit.lens_from_views", "still.load_pictures"),

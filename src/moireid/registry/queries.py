@@ -123,13 +123,12 @@ class RegistryQueries:
         found: dict[str, dict[str, Record]] = {}
         for some in chunks(dict.fromkeys(names)):
             seen, plain = _by(skeleton, some), _by(folded_skeleton, some)
-            # Each by its own index.
-            for alike in (badges.c.skeleton.in_(sorted(seen)), badges.c.folded.in_(sorted(plain))):
-                for record in self._ledger.records(select_records().where(alike)):
-                    own, own_plain = skeleton(record.name), folded_skeleton(record.name)
-                    for name in {*seen.get(own, ()), *plain.get(own_plain, ())}:
-                        if unicodedata.normalize("NFC", name) != record.name:
-                            found.setdefault(name, {})[record.id] = record
+            alike = or_(badges.c.skeleton.in_(sorted(seen)), badges.c.folded.in_(sorted(plain)))
+            for record in self._ledger.records(select_records().where(alike)):
+                own, own_plain = skeleton(record.name), folded_skeleton(record.name)
+                for name in {*seen.get(own, ()), *plain.get(own_plain, ())}:
+                    if unicodedata.normalize("NFC", name) != record.name:
+                        found.setdefault(name, {})[record.id] = record
         return {name: [ids[one] for one in sorted(ids)] for name, ids in found.items()}
 
     def erased_at(self, badge_id: str) -> str | None:

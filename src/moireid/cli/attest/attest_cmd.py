@@ -106,7 +106,6 @@ def check_command(
     Exit code 0: it holds; 1: it does not; 2: bad input, or nothing says whom to expect.
     """
     from moireid.api.asking import asked
-    from moireid.attest.certificate_identity import CertificateIdentity
     from moireid.attest.checking import check
     from moireid.attest.envelope import read_envelope
     from moireid.attest.signing_keys import load_certificates, load_public_key
@@ -126,8 +125,7 @@ def check_command(
         )
     key = load_public_key(key_file) if key_file is not None else None
     trusted = load_certificates(issuer_file) if issuer_file is not None else ()
-    signer = CertificateIdentity(identity, trusted) if identity is not None else None
-    found = check(read_envelope(envelope), film=film, key=key, identity=signer)
+    found = check(read_envelope(envelope), film=film, key=key, identity=identity, authorities=trusted)
     if registry_url is not None or bundle_path is not None:
         require = witness_check.require if witness_check else None
         found = _held(found, asked(registry_url, bundle_path, trust, report_standing, require))

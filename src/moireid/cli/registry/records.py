@@ -57,7 +57,8 @@ def registry_command(
                         say(f"note: {FORGETFUL}")
 
         command = registry_group.command(name)(friendly(run))
-        for add_to in (registry_option, *options, json_option):
+        shared: list[Callable[[click.Command], click.Command]] = [registry_option, *options, json_option]
+        for add_to in shared:
             add_to(command)
         return command
 
