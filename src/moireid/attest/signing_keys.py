@@ -136,11 +136,6 @@ def load_certificates(path: Path) -> tuple[x509.Certificate, ...]:
     return found
 
 
-def certificate_of(text: str) -> x509.Certificate:
-    """A certificate from its PEM text.  Raises: ValueError."""
-    return x509.load_pem_x509_certificate(text.encode())
-
-
 def is_known(key: object) -> bool:
     """Whether a public key is of a kind that signs verdicts."""
     if isinstance(key, EllipticCurvePublicKey):

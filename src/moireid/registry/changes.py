@@ -8,7 +8,7 @@ if the caller found that they agree with those in use (`refines`); a log entry s
 `MOST_SETS` sets.
 
 A person is erased on their request: the data are deleted, the log stays, and an entry says so.
-For a person, the row is deleted: name, badge, reason of a revocation, measured figures, and the salt.  The log keeps
+The row is deleted: name, badge, reason of a revocation, measured figures, and the salt.  The log keeps
 the badge's identity, which is a random number, and hashes against which no one can test names without that salt.  The
 signed entry `erase` stays as a marker.  The identity is never issued again.
 

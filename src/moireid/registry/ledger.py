@@ -152,15 +152,11 @@ class Ledger:
         """The number of records."""
         return int(self.rows(select(func.count()).select_from(schema.badges))[0][0])
 
-    def head(self) -> Head:
-        """The log's head.  Raises: RegistryError if its signature is wrong, or it is not the end of the log."""
-        with self.snapshot() as connection:
-            return self.tree_in(connection).head
-
     def tree_in(self, connection: Connection, *, lock: bool = False) -> LogTree:
         """The tree up to the log's head, within a transaction; with `lock`, other writers wait until it ends.
 
-        Raises: Fault, where `head` raises RegistryError.
+        Raises: RegistryError if it has come under another key; Fault if the head's signature is wrong, or it is not
+            the end of the log.
         """
         query = select(schema.authority)
         row = connection.execute(query.with_for_update() if lock else query).first()
@@ -188,30 +184,6 @@ class Ledger:
             if watch is not None:
                 self._compared(connection, watch)
             yield connection
-
-    def check_newest(self, record: Record) -> None:
-        """Check the log from the record's newest entry to its signed head.
-
-        Reading a record compares it with its newest entry among those that are present.  An attacker who can write to
-        the database could put back a record from before its revocation, and change the revocation's entry, or take it
-        out.  A proof that the older entry is in the tree does not show that.
-        Raises: RegistryError if an entry on the way was changed or taken out, or is about another version of the
-            record; or if witnesses must have seen it, and it is later than they have.  What bars a badge counts unseen.
-        Source: the root over all entries is signed; so no signature on the way counts.  100,000 entries take about a
-            second.
-        """
-        with self.snapshot() as connection:
-            tree = self.tree_in(connection)
-            newest = tree.newest_entry(record.id, record.digest())
-            seen = self.witnessed
-            if seen is not None and tree.consistency(seen) is None:
-                raise Fault("forked", f"the log's first {seen.seq} entries are not those that witnesses have seen")
-        if seen is not None and newest > seen.seq and record.barred() is None:
-            raise RegistryError(
-                f"the record of badge {record.id} is of log entry {newest}, and witnesses have seen {seen.seq}; "
-                "get a newer checkpoint from those who run the registry",
-                code="not_witnessed",
-            )
 
     @contextmanager
     def writing(self, actor: str, *, older: bool = False) -> Iterator[Transaction]:

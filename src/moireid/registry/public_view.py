@@ -20,7 +20,7 @@ from moireid.registry.checkpoints.note import VerifierKey, authority_key
 from moireid.registry.engine import sqlite_file
 from moireid.registry.keys import as_fingerprint
 from moireid.registry.queries import RegistryQueries
-from moireid.registry.record import Record
+from moireid.registry.record import Fault, Record
 
 
 class PublicView(RegistryQueries):
@@ -71,9 +71,31 @@ class PublicView(RegistryQueries):
         Raises
         ------
         RegistryError
-            If the log was changed since that version was entered: the badge may have been revoked.
+            If an entry on the way was changed or taken out, or is about another version of the record: the badge may
+            have been revoked.  Or if witnesses must have seen it (`require_witnesses`), and it is later than they have;
+            what bars a badge counts unseen.
+
+        Notes
+        -----
+        Reading a record compares it with its newest entry among those that are present.  An attacker who can write to
+        the database could put back a record from before its revocation, and change the revocation's entry, or take it
+        out.  A proof that the older entry is in the tree does not show that.
+        Source: the root over all entries is signed; so no signature on the way counts.  100,000 entries take about a
+        second.
         """
-        self._ledger.check_newest(record)
+        ledger = self._ledger
+        with ledger.snapshot() as connection:
+            tree = ledger.tree_in(connection)
+            newest = tree.newest_entry(record.id, record.digest())
+            seen = ledger.witnessed
+            if seen is not None and tree.consistency(seen) is None:
+                raise Fault("forked", f"the log's first {seen.seq} entries are not those that witnesses have seen")
+        if seen is not None and newest > seen.seq and record.barred() is None:
+            raise RegistryError(
+                f"the record of badge {record.id} is of log entry {newest}, and witnesses have seen {seen.seq}; "
+                "get a newer checkpoint from those who run the registry",
+                code="not_witnessed",
+            )
 
     def checkpoint(self, older: Sequence[Checkpoint] = ()) -> tuple[Checkpoint, list[tuple[int, list[bytes]]]]:
         """Sign the log as it is now, for others to keep.

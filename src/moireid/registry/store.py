@@ -16,6 +16,7 @@ from sqlalchemy.engine import URL
 
 from moireid.badge import Badge
 from moireid.errors import RegistryError
+from moireid.files import planned, whole_file
 from moireid.registry.audit import audit
 from moireid.registry.audit_findings import Audit
 from moireid.registry.bundle.publish import Progress
@@ -30,7 +31,7 @@ from moireid.registry.opening import new_authority
 from moireid.registry.public_view import PublicView
 from moireid.registry.record import Record, new_record
 from moireid.registry.schema import badges, select_records
-from moireid.registry.transfer import checked_copy, export, make_copy, merge, sign_anew
+from moireid.registry.transfer import audited_copy, checked_copy, make_copy, merge, sign_anew
 
 
 def open_registry(url: str | None, *, create: bool, actor: str | None = None) -> Registry:
@@ -158,7 +159,8 @@ class Registry(RegistryChanges, PublicView):
         str
             NUMBER:ROOT.
         """
-        return str(self._ledger.head())
+        with self._ledger.snapshot() as connection:
+            return str(self._ledger.tree_in(connection).head)
 
     def enroll(self, badge: Badge) -> Record:
         """Issue a badge.
@@ -276,7 +278,11 @@ class Registry(RegistryChanges, PublicView):
         SpecError
             If the file exists and `overwrite` is false, or cannot be written.
         """
-        return export(self._ledger, Path(path), overwrite=overwrite, progress=progress)
+        planned([path := Path(path)], overwrite=overwrite, kept=[self.file])
+        # One state of the registry, checked in the copy.  Badges can be printed from it.
+        ledger = self._ledger
+        with whole_file(path, private=True) as new, ledger.reported(), audited_copy(ledger, new, progress) as copy:
+            return copy.count()
 
 
 def _enter(transaction: Transaction, records: Sequence[Record]) -> list[Record]:

@@ -21,7 +21,7 @@ its own key.  Readers must be given its fingerprint: they have no proof that it 
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
@@ -30,9 +30,10 @@ from sqlalchemy import Connection, Engine, delete, insert, select
 from sqlalchemy.engine import URL
 
 from moireid.errors import RegistryError
-from moireid.files import open_regular, planned, whole_file
+from moireid.files import open_regular
 from moireid.registry.audit import audit
-from moireid.registry.engine import chunks, clean, sqlite_file, translated
+from moireid.registry.bundle.publish import Progress
+from moireid.registry.engine import chunks, clean, translated
 from moireid.registry.ledger import Ledger, open_ledger
 from moireid.registry.log import ERASE
 from moireid.registry.opening import make_tables
@@ -41,14 +42,6 @@ from moireid.registry.schema import authority, badges, log, pages, select_record
 
 #: The tables of which a copy is made, and the key of each.
 COPIED = ((badges, badges.c.id), (log, log.c.seq), (authority, authority.c.one))
-
-
-def export(ledger: Ledger, path: Path, *, overwrite: bool, progress: Callable[[int, int | None], None] | None) -> int:
-    """What `Registry.export` does: one state of the registry, checked in the copy."""
-    planned([path], overwrite=overwrite, kept=[sqlite_file(ledger.url)])
-    # Badges can be printed from it.
-    with whole_file(path, private=True) as temporary, ledger.reported(), _copied(ledger, temporary, progress) as copy:
-        return copy.count()
 
 
 @contextmanager
@@ -65,7 +58,7 @@ def checked_copy(path: Path) -> Iterator[Ledger]:
         # What others exported is compared with what was seen when it is merged.
         source = open_ledger(_url_of(path), None, checked=False)
         try:
-            with _copied(source, Path(folder) / "copy.sqlite3") as copy:
+            with audited_copy(source, Path(folder) / "copy.sqlite3") as copy:
                 yield copy
         except Fault as fault:
             raise RegistryError(
@@ -78,7 +71,7 @@ def checked_copy(path: Path) -> Iterator[Ledger]:
 
 
 @contextmanager
-def _copied(source: Ledger, path: Path, progress: Callable[[int, int | None], None] | None = None) -> Iterator[Ledger]:
+def audited_copy(source: Ledger, path: Path, progress: Progress | None = None) -> Iterator[Ledger]:
     """A new registry in an SQLite file, with all that another one holds at this moment.
 
     Its own tables and indexes are new, so what a hostile database hides by its own is not hidden here.
