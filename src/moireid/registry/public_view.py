@@ -97,38 +97,38 @@ class PublicView(RegistryQueries):
                 code="not_witnessed",
             )
 
-    def checkpoint(self, older: Sequence[Checkpoint] = ()) -> tuple[Checkpoint, list[tuple[int, list[bytes]]]]:
+    def checkpoint(self, earlier: Checkpoint | None = None) -> tuple[Checkpoint, list[bytes]]:
         """Sign the log as it is now, for others to keep.
 
         Parameters
         ----------
-        older : sequence of Checkpoint
-            Earlier checkpoints, which the log must still extend.
+        earlier : Checkpoint, optional
+            One that was signed before, which the log must still extend.
 
         Returns
         -------
         tuple
-            The checkpoint; and for each older one its size, and the proof of RFC 6962, section 2.1.2.
+            The checkpoint; and the proof of RFC 6962, section 2.1.2, that it extends the earlier one.
 
         Raises
         ------
         RegistryError
-            If the registry was put back to an earlier state, or does not begin as an older checkpoint says: a log
+            If the registry was put back to an earlier state, or does not begin as the earlier checkpoint says: a log
             signs nothing that contradicts what it signed before.
         """
-        ledger, proofs = self._ledger, []
+        ledger = self._ledger
         signer = ledger.signer()
         with ledger.snapshot() as connection:
             tree = ledger.tree_in(connection)
-            for one in older:
-                one.check(ledger.authority, f"of {one.date}")
-                if (proof := tree.consistency(one.head)) is None:
-                    raise RegistryError(
-                        f"{ledger.called} does not begin as its checkpoint of {one.date} says, so nothing is signed; "
-                        "audit the registry since that checkpoint"
-                    )
-                proofs.append((one.head.seq, proof))
-            return sign_checkpoint(tree.head, signer), proofs
+            if earlier is not None:
+                earlier.check(ledger.authority, f"of {earlier.date}")
+            proof = [] if earlier is None else tree.consistency(earlier.head)
+            if earlier is not None and proof is None:
+                raise RegistryError(
+                    f"{ledger.called} does not begin as its checkpoint of {earlier.date} says, so nothing is signed; "
+                    "audit the registry since that checkpoint"
+                )
+            return sign_checkpoint(tree.head, signer), proof or []
 
     def require_witnesses(self, witnesses: Sequence[VerifierKey], checkpoint: Checkpoint) -> None:
         """From now on rely only on badges that witnesses have seen, in this registry as it is open.
