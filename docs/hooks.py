@@ -58,6 +58,10 @@ BY_FILE = {
         *("package.PrintResult", "package.print_badge", "event.print_event", "page.pdf.write_badge_pdf"),
         "solid_parts.mount_solids",
     ),
+    "moireid.attest": (
+        *("checking.CheckResult", "checking.check", "envelope.signed_envelope", "registry_answer.held_against"),
+        *("signing_keys.SigningKey", "signing_keys.load_public_key", "signing_keys.load_signing_key"),
+    ),
     "moireid.calibration": (
         *("chart_reading.ChartView", "chart_reading.view_chart", "lens_fit.lens_from_views", "still.load_pictures"),
     ),

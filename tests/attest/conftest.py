@@ -11,7 +11,7 @@ import pytest
 
 from kit.coded_films import first_frames
 from kit.places import FILMS
-from moireid.attest import signed_envelope
+from moireid.attest.envelope import signed_envelope
 from moireid.attest.signing_keys import SigningKey
 from moireid.attest.statement import attested, statement
 from moireid.badge import load_badge

@@ -16,8 +16,9 @@ from securesystemslib.dsse import Envelope
 from securesystemslib.signer import CryptoSigner
 
 from kit.signing import certificate, certified_key, new_key, pem_of_certificates, public_pem_of
-from moireid.attest import check, load_signing_key, signed_envelope
-from moireid.attest.signing_keys import SigningKey
+from moireid.attest.checking import check
+from moireid.attest.envelope import signed_envelope
+from moireid.attest.signing_keys import SigningKey, load_signing_key
 from moireid.attest.statement import PREDICATE_TYPE, attested, statement
 from moireid.cli.main import moireid
 

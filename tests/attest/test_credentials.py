@@ -14,13 +14,13 @@ import c2pa
 import pytest
 
 from kit.signing import certified_key, pem_of
-from moireid.attest import credentials, load_signing_key
+from moireid.attest import credentials
 from moireid.attest.credentials import (
     talk_with,
     write_credentials,
 )
 from moireid.attest.credentials_work import LABEL, read
-from moireid.attest.signing_keys import SigningKey
+from moireid.attest.signing_keys import SigningKey, load_signing_key
 from moireid.attest.statement import attested
 from moireid.errors import MediaError
 

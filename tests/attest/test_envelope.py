@@ -19,8 +19,7 @@ from securesystemslib.signer import SSlibKey
 
 from kit.programs import needs
 from kit.signing import certificate, certified_key, new_key, pem_of, pem_of_certificates, public_pem_of
-from moireid.attest import load_public_key, load_signing_key
-from moireid.attest.signing_keys import MOST_BYTES, SigningKey, fingerprint, holder
+from moireid.attest.signing_keys import MOST_BYTES, SigningKey, fingerprint, holder, load_public_key, load_signing_key
 from moireid.errors import SpecError
 
 KINDS = ("ed25519", "p256")

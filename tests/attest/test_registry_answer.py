@@ -12,8 +12,7 @@ from click.testing import CliRunner, Result
 
 from kit.registries import url_of
 from kit.signing import new_key, pem_of, public_pem_of
-from moireid.attest import load_signing_key
-from moireid.attest.signing_keys import SigningKey
+from moireid.attest.signing_keys import SigningKey, load_signing_key
 from moireid.badge import Badge
 from moireid.cli.main import moireid
 from moireid.designer import Order, design_badge

@@ -26,9 +26,8 @@ from moireid.badge import badge_from_json
 from moireid.designer.list_table import read_list
 from moireid.errors import MoireIdError
 from moireid.profiles import load_lens_profile
-from moireid.registry.bundle.bundle_file import Header
+from moireid.registry.bundle.bundle_file import sealed_file
 from moireid.registry.bundle.held import Bundle
-from moireid.registry.canonical import sha256_hex
 from moireid.registry.checkpoints.checkpoint import ORIGIN, checkpoint_from
 from moireid.registry.checkpoints.cosignature import cosigned_at
 from moireid.registry.checkpoints.note import COSIGNATURE, VerifierKey, signed_note
@@ -91,8 +90,7 @@ def signed_bundle(content: bytes) -> bytes:
         root = base64.b64encode(Tree(leaves).root()).decode()
         text = f"{name}\n{len(leaves)}\n{root}\ndate 2026-01-01T00:00:00Z\n"
         content = json.dumps(document | {"checkpoint": signed_note(text, name, SIGNER)}).encode()
-    header = Header(SIGNER.authority.public_hex, "9999-01-01T00:00:00Z", sha256_hex(content))
-    return header.sealed_file(SIGNER, content)
+    return sealed_file(SIGNER, "9999-01-01T00:00:00Z", content)
 
 
 def read_bundle(path: Path) -> None:

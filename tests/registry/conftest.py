@@ -11,7 +11,8 @@ import pytest
 from kit.registries import Server, badge_of, running_server, url_of
 from moireid.registry import Registry, engine, open_registry
 from moireid.registry.canonical import sha256_hex
-from moireid.registry.seen import Memory, recall
+from moireid.registry.log import Head
+from moireid.registry.seen import recall
 
 
 def fill(registry: Registry) -> None:
@@ -55,11 +56,11 @@ def unsynced(monkeypatch: pytest.MonkeyPatch) -> None:
 def machines(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Each registry is on a machine of its own: what is seen of one there is not known to those who open another."""
 
-    def of_its_own(place: str) -> Memory:
+    def of_its_own(place: str) -> tuple[str | None, dict[str, Head]]:
         monkeypatch.setenv("MOIREID_SEEN", str(tmp_path / "seen" / sha256_hex(place.encode())))
         return recall(place)
 
-    monkeypatch.setattr("moireid.registry.ledger.recall", of_its_own)
+    monkeypatch.setattr("moireid.registry.rollback.recall", of_its_own)
 
 
 @pytest.fixture(scope="session")

@@ -17,9 +17,9 @@ def test_each_entry_names_who_did_it(registry):
     """Catches: the actor of the opening kept for all; an order of the log that is not its own."""
     registry.enroll(badge_of("Ada"))
     registry.by("Bob at the desk").revoke("Ada", "lost")
-    done = [(entry.seq, entry.action, entry.actor) for entry in registry.entries()]
+    done = [(entry["seq"], entry["action"], entry["actor"]) for entry in registry.entries()]
     assert done == [(3, "revoke", "Bob at the desk"), (2, "enroll", account()), (1, "init", account())]
-    assert [entry.seq for entry in registry.entries("Ada", 1)] == [3]
+    assert [entry["seq"] for entry in registry.entries("Ada", 1)] == [3]
     assert registry.audit().sound
 
 

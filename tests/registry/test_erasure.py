@@ -28,7 +28,7 @@ def erased(registry):
     registry.revoke(NAME, "Quux lost it")
     before = registry.checkpoint()[0]
     entry, cleaned = registry.by("Bob").erase(NAME)
-    assert (entry.subject, entry.action, cleaned) == (badge.id, "erase", True)
+    assert (entry["subject"], entry["action"], cleaned) == (badge.id, "erase", True)
     return registry, badge, before
 
 
@@ -38,7 +38,7 @@ def test_the_chain_stays_and_checkpoints_hold(erased):
     seen = registry.audit(since=[before])
     assert (seen.sound, seen.erased, seen.records, seen.found) == (True, 1, 2, 0)
     entry = registry.entries(badge.id)[0]
-    assert (entry.action, entry.subject, entry.actor) == ("erase", badge.id, "Bob")
+    assert (entry["action"], entry["subject"], entry["actor"]) == ("erase", badge.id, "Bob")
     # As the name is gone, only the id finds what was done.
     with pytest.raises(RegistryError, match="no one named"):
         registry.entries(NAME)

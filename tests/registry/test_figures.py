@@ -55,7 +55,7 @@ def test_figures_of_before_stay_on_record_with_the_reason_in_record_and_log(regi
     assert json.loads(now.as_built) == THIRD and on_record(now) == [FIRST, OTHER]
     assert [one["as_built_reason"] for one in now.figure_sets] == [None, "the sheet was put on again", None]
     assert now.earlier_figures[0]["as_built_at"] == ada.as_built_at
-    actions = [entry.action for entry in registry.entries("Ada")]
+    actions = [entry["action"] for entry in registry.entries("Ada")]
     assert actions == ["as_built_refined", "as_built_replaced", "as_built", "enroll"]
     assert registry.revoke("Ada", "lost").earlier_figures == now.earlier_figures and registry.audit().sound
 

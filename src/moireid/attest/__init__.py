@@ -11,39 +11,3 @@ credentials_work.py  the process that reads and writes content credentials, with
 
 The process that has the key never decodes a film.
 """
-
-from typing import TYPE_CHECKING
-
-from moireid.lazy import lazy
-
-if TYPE_CHECKING:
-    from moireid.attest.certificate_identity import CertificateIdentity
-    from moireid.attest.checking import CheckResult, check
-    from moireid.attest.envelope import signed_envelope
-    from moireid.attest.registry_answer import held_against
-    from moireid.attest.signing_keys import SigningKey, load_public_key, load_signing_key
-
-__all__ = [
-    "CertificateIdentity",
-    "CheckResult",
-    "SigningKey",
-    "check",
-    "held_against",
-    "load_public_key",
-    "load_signing_key",
-    "signed_envelope",
-]
-
-__getattr__ = lazy(
-    __name__,
-    {
-        "CheckResult": "checking",
-        "check": "checking",
-        "CertificateIdentity": "certificate_identity",
-        "held_against": "registry_answer",
-        "SigningKey": "signing_keys",
-        "load_public_key": "signing_keys",
-        "load_signing_key": "signing_keys",
-        "signed_envelope": "envelope",
-    },
-)

@@ -7,7 +7,7 @@ authority that the user trusts.
 from __future__ import annotations
 
 import unicodedata
-from dataclasses import dataclass
+from collections.abc import Sequence
 
 from cryptography import x509
 from cryptography.x509.oid import NameOID
@@ -19,39 +19,31 @@ from moireid.attest.signing_keys import PublicKey, fingerprint, fingerprint_of, 
 _TEXTS = (x509.RFC822Name, x509.DNSName, x509.UniformResourceIdentifier)
 
 
-@dataclass(frozen=True)
-class CertificateIdentity:
-    """The name that the signing certificate must have, and the authorities that are trusted to give it.
+def identity_fault(
+    name: str, authorities: Sequence[x509.Certificate], chain: Sequence[x509.Certificate], key: PublicKey
+) -> str | None:
+    """Why a chain of certificates does not show that a signer has a name, in a sentence; None where it does.
 
-    name: the certificate's common name, or one of its alternative names (e-mail address, host, URI), letter by letter;
-    authorities: their certificates, at least one.
+    Parameters: name: as in `checking.check`; authorities: certificates of those who are trusted to give it; chain: the
+        signer's own certificate first; key: by which was signed.
+    Convention: the certificate's purpose (extended key usage) may be any, as the name is what is asked for.
+    Source: path validation of RFC 5280, section 6, by `cryptography.x509.verification`.
     """
-
-    name: str
-    authorities: tuple[x509.Certificate, ...]
-
-    def fault(self, chain: tuple[x509.Certificate, ...], key: PublicKey) -> str | None:
-        """Why a chain does not show this identity, in a sentence; None where it does.
-
-        Parameters: chain: the signer's own certificate first; key: by which was signed.
-        Convention: the certificate's purpose (extended key usage) may be any, as the name is what is asked for.
-        Source: path validation of RFC 5280, section 6, by `cryptography.x509.verification`.
-        """
-        if not chain:
-            return f"No certificate names the signer, and one of {self.name!r} is expected."
-        own = chain[0]
-        if unicodedata.normalize("NFC", self.name) not in names_of(own):
-            return f"The signer's certificate names {holder(own)!r}, and not {self.name!r}."
-        if fingerprint_of(own) != fingerprint(key):
-            return "The signer's certificate is of another key."
-        try:
-            policy = PolicyBuilder().store(Store(list(self.authorities)))
-            policy = policy.extension_policies(ca_policy=_authority_policy(), ee_policy=_signer_policy())
-            policy.build_client_verifier().verify(own, list(chain[1:]))
-        except (VerificationError, ValueError) as error:
-            reason = " ".join(str(error).split())[:200]
-            return f"No authority that you trust gave {self.name!r} this certificate ({reason})."
-        return None
+    if not chain:
+        return f"No certificate names the signer, and one of {name!r} is expected."
+    own = chain[0]
+    if unicodedata.normalize("NFC", name) not in names_of(own):
+        return f"The signer's certificate names {holder(own)!r}, and not {name!r}."
+    if fingerprint_of(own) != fingerprint(key):
+        return "The signer's certificate is of another key."
+    try:
+        policy = PolicyBuilder().store(Store(list(authorities)))
+        policy = policy.extension_policies(ca_policy=_authority_policy(), ee_policy=_signer_policy())
+        policy.build_client_verifier().verify(own, list(chain[1:]))
+    except (VerificationError, ValueError) as error:
+        reason = " ".join(str(error).split())[:200]
+        return f"No authority that you trust gave {name!r} this certificate ({reason})."
+    return None
 
 
 def names_of(certificate: x509.Certificate) -> set[str]:

@@ -13,11 +13,14 @@ Steps 4 to 6 are left out where step 2 fails, as nothing in the report can be be
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
-from moireid.attest.certificate_identity import CertificateIdentity
+from cryptography import x509
+
+from moireid.attest.certificate_identity import identity_fault
 from moireid.attest.envelope import Broken, EnvelopeParts, opened
 from moireid.attest.signing_keys import (
     PublicKey,
@@ -129,7 +132,8 @@ def check(
     *,
     film: Path | None = None,
     key: PublicKey | None = None,
-    identity: CertificateIdentity | None = None,
+    identity: str | None = None,
+    authorities: Sequence[x509.Certificate] = (),
 ) -> CheckResult:
     """Check a signed verdict.
 
@@ -141,8 +145,11 @@ def check(
         The film that it should be of.
     key : PublicKey, optional
         The key by which it should be signed; None: the one in the envelope, which does not prove who its holder is.
-    identity : CertificateIdentity, optional
-        Whom the signing certificate should name, and whose certificates are believed.
+    identity : str, optional
+        Whom the signing certificate should name: its common name, or one of its alternative names (e-mail address,
+        host, URI), letter by letter.
+    authorities : sequence of x509.Certificate
+        Of those who are trusted to give that name; by no one's word, none counts.
 
     Returns
     -------
@@ -176,8 +183,9 @@ def check(
     except Broken as broken:
         return replace(empty, faults=(*faults, broken), opened=found)
     report = document["predicate"]
-    if identity is not None and (fault := identity.fault(found.certificates, found.key)):  # 5
-        faults.append(Broken("identity", fault))
+    if identity is not None:  # 5
+        fault = identity_fault(identity, authorities, found.certificates, found.key)
+        faults += [Broken("identity", fault)] if fault else []
     if digest is not None and digest != report["input"]["sha256"]:  # 6
         judged = report["input"]["sha256"][:16]
         words = f"The film is another one, or was changed: its SHA-256 begins {digest[:16]}, the judged one's {judged}."

@@ -47,12 +47,11 @@ def talk_with(
     answer: Callable[[dict[str, Any]], object],
     written: Sequence[Path] = (),
     read: Sequence[Path] = (),
-) -> tuple[str, ...]:
+) -> None:
     """Start a sealed process for some work on a film, and answer its messages until it has ended.
 
     Parameters: work: `module:function`; answer: returns what is sent back, None for nothing; written: existing files
         that it may write; read: files that it may read apart from the film.
-    Returns: the parts of the seal that held.
     Raises: MoireIdError that the work raised; MediaError where the process fails, is silent, or takes too long.
     """
     if os.name == "nt":
@@ -66,7 +65,6 @@ def talk_with(
     child = start(work, limits, within=reach(read=[film, *read], write=written))
     try:
         converse(child, message, answer, [film], seconds)
-        return child.sealed or ()
     finally:
         child.kill()
 

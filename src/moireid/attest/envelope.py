@@ -23,7 +23,6 @@ from securesystemslib.signer import CryptoSigner, Signature, SSlibKey
 from moireid.attest.signing_keys import (
     PublicKey,
     SigningKey,
-    certificate_of,
     certificate_pem,
     is_known,
     public_pem,
@@ -122,7 +121,7 @@ def opened(content: bytes) -> EnvelopeParts:
         kind, (signature,) = document["payloadType"], document["signatures"]
         payload, signed = (base64.b64decode(one, validate=True) for one in (document["payload"], signature["sig"]))
         key = serialization.load_pem_public_key(signature["publicKey"].encode())
-        certificates = tuple(certificate_of(one) for one in signature.get("certificates", ()))
+        certificates = tuple(x509.load_pem_x509_certificate(one.encode()) for one in signature.get("certificates", ()))
         named = signature["keyid"]
     except (ValueError, TypeError, LookupError, AttributeError, RecursionError, UnsupportedAlgorithm) as error:
         raise Broken("envelope", "The file is no signed verdict, or was cut or changed.") from error

@@ -136,11 +136,6 @@ def load_certificates(path: Path) -> tuple[x509.Certificate, ...]:
     return found
 
 
-def certificate_of(text: str) -> x509.Certificate:
-    """A certificate from its PEM text.  Raises: ValueError."""
-    return x509.load_pem_x509_certificate(text.encode())
-
-
 def is_known(key: object) -> bool:
     """Whether a public key is of a kind that signs verdicts."""
     if isinstance(key, EllipticCurvePublicKey):
@@ -176,7 +171,9 @@ def certificate_digest(certificate: x509.Certificate) -> str:
 
 def holder(certificate: x509.Certificate) -> str:
     """The holder that a certificate names, as its issuer states it."""
-    return _named(certificate.subject)
+    parts = map(certificate.subject.get_attributes_for_oid, (NameOID.COMMON_NAME, NameOID.ORGANIZATION_NAME))
+    words = [str(found[0].value) for found in parts if found]
+    return ", ".join(dict.fromkeys(words)) or "nobody"
 
 
 def fingerprint_of(certificate: x509.Certificate) -> str | None:
@@ -210,9 +207,3 @@ def _content(path: Path) -> bytes:
 
 def _certificates(content: bytes) -> tuple[x509.Certificate, ...]:
     return tuple(x509.load_pem_x509_certificate(found[0]) for found in CERTIFICATE.finditer(content))
-
-
-def _named(name: x509.Name) -> str:
-    parts = [name.get_attributes_for_oid(oid) for oid in (NameOID.COMMON_NAME, NameOID.ORGANIZATION_NAME)]
-    words = [str(found[0].value) for found in parts if found]
-    return ", ".join(dict.fromkeys(words)) or "nobody"

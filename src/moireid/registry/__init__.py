@@ -19,7 +19,7 @@ look_alikes.py  names that look alike
 claimed.py      the badge that a claim means; who holds a badge; whom identification may find
 store.py        the Registry: enroll, and calls to the other modules
 queries.py      the Registry's methods that only read: find, list, search, the log's entries
-changes.py      the Registry's methods that change a badge after its issue, or erase a person or an actor
+changes.py      the Registry's methods that change a badge after its issue, or erase a person
 public_view.py  the Registry's methods for outsiders: standing, checkpoints, bundles
 opening.py      makes the tables, and checks them
 transfer.py     export: a checked copy in a file; import: checks such a file and merges it into a registry

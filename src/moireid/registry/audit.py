@@ -77,7 +77,7 @@ def audit(
                 f"{one.fingerprint}: its key was replaced"
             )
             seen.report(Fault("key_replaced", text))
-    roots = dict.fromkeys([one.size for one in kept], "")
+    roots = dict.fromkeys([one.head.seq for one in kept], "")
     with ledger.snapshot() as connection:
         counts = (select(func.count()).select_from(table).scalar_subquery() for table in (badges, log))
         total = sum(connection.execute(select(*counts)).one())
@@ -109,14 +109,14 @@ def _refused(ledger: Ledger) -> dict[str, object] | None:
 def _audit_witnesses(since: Sequence[Checkpoint], witnesses: Sequence[VerifierKey], seen: Audit) -> None:
     """Note the newest of the checkpoints that all witnesses signed; a finding if there is none."""
     refusal = "witnesses must have signed a checkpoint, and none is given"
-    for one in sorted(since, key=lambda one: -one.size):
+    for one in sorted(since, key=lambda one: -one.head.seq):
         try:
             times = signers(witnesses, one.note, f"of {one.date}")
         except RegistryError as error:
             refusal = str(error).partition(";")[0]
         else:
             shown = {name: f"{at:%Y-%m-%dT%H:%M:%SZ}" for name, at in times.items()}
-            seen.witnessed = {"size": one.size, "signers": shown}
+            seen.witnessed = {"size": one.head.seq, "signers": shown}
             return
     seen.report(Fault("not_witnessed", refusal))
 
@@ -124,18 +124,19 @@ def _audit_witnesses(since: Sequence[Checkpoint], witnesses: Sequence[VerifierKe
 def _audit_kept(kept: Sequence[Checkpoint], roots: Mapping[int, str], seen: Audit) -> None:
     """Compare the log with the checkpoints that were kept of it elsewhere; roots: over so many entries."""
     for one in kept:
-        if one.size > seen.entries:
+        size = one.head.seq
+        if size > seen.entries:
             text = (
-                f"the log ends at entry {seen.entries}, and the checkpoint of {one.date} names {one.size} entries: the "
+                f"the log ends at entry {seen.entries}, and the checkpoint of {one.date} names {size} entries: the "
                 "registry was rolled back, an earlier state was put back"
             )
-            seen.report(Fault("rolled_back", text, one.size))
-        elif roots[one.size] != one.root.hex():
+            seen.report(Fault("rolled_back", text, size))
+        elif roots[size] != one.head.hash:
             text = (
-                f"the log's first {one.size} entries are not those of the checkpoint of {one.date}: it was forked, and "
+                f"the log's first {size} entries are not those of the checkpoint of {one.date}: it was forked, and "
                 "something was written in the place of what had been signed"
             )
-            seen.report(Fault("forked", text, one.size))
+            seen.report(Fault("forked", text, size))
 
 
 def _audit_log(

@@ -8,7 +8,7 @@ if the caller found that they agree with those in use (`refines`); a log entry s
 `MOST_SETS` sets.
 
 A person is erased on their request: the data are deleted, the log stays, and an entry says so.
-For a person, the row is deleted: name, badge, reason of a revocation, measured figures, and the salt.  The log keeps
+The row is deleted: name, badge, reason of a revocation, measured figures, and the salt.  The log keeps
 the badge's identity, which is a random number, and hashes against which no one can test names without that salt.  The
 signed entry `erase` stays as a marker.  The identity is never issued again.
 
@@ -22,6 +22,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from typing import Any
 
 from sqlalchemy import delete
 
@@ -31,7 +32,7 @@ from moireid.registry.claims import as_id
 from moireid.registry.engine import clean
 from moireid.registry.ledger import Transaction
 from moireid.registry.log import ERASE, REFINED, REPLACED
-from moireid.registry.queries import Entry, RegistryQueries
+from moireid.registry.queries import RegistryQueries
 from moireid.registry.record import Record, storable, storable_json
 from moireid.registry.schema import badges, select_records
 
@@ -142,7 +143,7 @@ class RegistryChanges(RegistryQueries):
             _check_replaces(record, said, refines)
             return transaction.change(changed, REFINED if said is None else REPLACED)
 
-    def erase(self, claim: str) -> tuple[Entry, bool]:
+    def erase(self, claim: str) -> tuple[dict[str, Any], bool]:
         """Erase a person on their request, for good; a second call only cleans the database again.
 
         Parameters
@@ -152,8 +153,9 @@ class RegistryChanges(RegistryQueries):
 
         Returns
         -------
-        tuple of Entry and bool
-            The log's entry, and whether the database was written anew, so that no page of it holds what was erased.
+        tuple of dict and bool
+            The log's entry as in `entries`; and whether the database was written anew, so that no page of it holds what
+            was erased.
 
         Raises
         ------

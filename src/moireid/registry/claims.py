@@ -6,17 +6,14 @@ Convention: names are compared exactly after Unicode NFC, ids in lower case; not
 from __future__ import annotations
 
 import difflib
-import json
 import unicodedata
-from collections.abc import Callable
 
-from sqlalchemy import or_
+from sqlalchemy import or_, select
 
 from moireid.errors import RegistryError
-from moireid.names import NAME_LIMIT, id_with_line, line_of
-from moireid.registry.canonical import unpack
-from moireid.registry.engine import AnyRow, AnySelect
-from moireid.registry.record import storable
+from moireid.names import NAME_LIMIT, id_with_line
+from moireid.registry.ledger import Ledger
+from moireid.registry.record import Record, storable
 from moireid.registry.schema import badges, select_records
 
 #: More matches than this are counted, not listed, in a message.
@@ -25,36 +22,36 @@ LISTED = 10
 NEAR, MOST_COMPARED = 3, 2000
 
 
-def find_row(claim: str, rows: Callable[[AnySelect], list[AnyRow]], shown: str) -> AnyRow:
-    """The one row of `select_records` that `claim` means; `rows` runs a query in the registry called `shown`.
+def find_record(claim: str, ledger: Ledger) -> Record:
+    """The one record that `claim` means.
 
     Raises: RegistryError if there is none, or more than one; `error.details["ids"]` lists those.
     """
     name = unicodedata.normalize("NFC", claim)
     means = or_(badges.c.name_nfc == name, badges.c.id == as_id(claim))
-    matches = rows(select_records().where(means).order_by(badges.c.id)) if storable(name) else []
+    matches = ledger.records(select_records().where(means).order_by(badges.c.id)) if storable(name) else []
     if not matches:
-        near = _near(name, rows) if storable(name) and len(name) <= NAME_LIMIT else ""
+        near = _near(name, ledger) if storable(name) and len(name) <= NAME_LIMIT else ""
         raise RegistryError(
-            f"no one named {name[:80]!r} and no such id is in registry {shown}{near}; `moireid registry list` shows "
-            "who is",
+            f"no one named {name[:80]!r} and no such id is in registry {ledger.shown}{near}; `moireid registry list` "
+            "shows who is",
             claim=claim,
             ids=[],
         )
     if len(matches) > 1:
-        ids = [row.id for row in matches]
-        listed = ", ".join(id_with_line(row.id, row_line(row)) for row in matches[:LISTED])
+        ids = [one.id for one in matches]
+        listed = ", ".join(id_with_line(one.id, one.line) for one in matches[:LISTED])
         listed += f" and {len(ids) - LISTED} more" if len(ids) > LISTED else ""
         text = f"{len(ids)} people are named {name[:80]!r}, with ids {listed}; claim one of these ids"
-        if (other := next((row for row in matches if row.name_nfc != name), None)) is not None:
-            text = f"{name[:80]!r} is the id of {other.name_nfc!r} and also a name: {listed}; claim the other id"
+        if (other := next((one for one in matches if one.name != name), None)) is not None:
+            text = f"{name[:80]!r} is the id of {other.name!r} and also a name: {listed}; claim the other id"
         raise RegistryError(text, claim=claim, ids=ids)
     return matches[0]
 
 
-def _near(name: str, rows: Callable[[AnySelect], list[AnyRow]]) -> str:
+def _near(name: str, ledger: Ledger) -> str:
     """Names like this one, or that hold it, for a person who mistyped; empty where there are none or too many."""
-    held = rows(select_records().order_by(badges.c.id).limit(MOST_COMPARED))
+    held = ledger.rows(select(badges.c.name_nfc).order_by(badges.c.id).limit(MOST_COMPARED))
     by_fold = {row.name_nfc.casefold(): row.name_nfc for row in held}
     folded = name.casefold()
     near = (
@@ -66,14 +63,3 @@ def _near(name: str, rows: Callable[[AnySelect], list[AnyRow]]) -> str:
 def as_id(claim: str) -> str:
     """The claim in the form of an id."""
     return claim.lower()
-
-
-def row_line(row: AnyRow) -> str | None:
-    """The line below the name on a row's badge, as its document has it; None if there is none, or no such document.
-
-    Whether the authority signed it is checked when the one row that is meant is read.
-    """
-    try:
-        return line_of(json.loads(unpack(row.badge)).get("print"))
-    except (ValueError, AttributeError):
-        return None

@@ -16,11 +16,9 @@ from __future__ import annotations
 import os
 import pwd
 import re
-import secrets
 from pathlib import Path
 
 from cryptography.exceptions import InvalidSignature
-from cryptography.hazmat.primitives import serialization
 from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey, Ed25519PublicKey
 
 from moireid.errors import RegistryError, SpecError
@@ -102,11 +100,11 @@ def new_key() -> tuple[Signer, Path]:
 
     Raises: RegistryError if the folder cannot be made or written.
     """
+    # Most who ask a registry sign nothing, and its forms of keys take 6 ms to load.
+    from cryptography.hazmat.primitives.serialization import Encoding, NoEncryption, PrivateFormat
+
     key = Ed25519PrivateKey.generate()
-    content = key.private_bytes(
-        serialization.Encoding.PEM, serialization.PrivateFormat.PKCS8, serialization.NoEncryption()
-    )
-    signer = Signer(key)
+    content, signer = key.private_bytes(Encoding.PEM, PrivateFormat.PKCS8, NoEncryption()), Signer(key)
     path = key_path(signer.authority)
     try:
         path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
@@ -131,9 +129,11 @@ def key_of(authority: Authority) -> Signer:
 
     Raises: RegistryError if it is not in the keys folder, or the file there holds no such key.
     """
+    from cryptography.hazmat.primitives.serialization import load_pem_private_key
+
     path = key_path(authority)
     try:
-        key = serialization.load_pem_private_key(read_regular(path), password=None)
+        key = load_pem_private_key(read_regular(path), password=None)
     except FileNotFoundError as error:
         raise RegistryError(
             f"the private key of authority {authority.fingerprint} is looked for at {path}, and is not there; bring "
@@ -152,7 +152,6 @@ def key_of(authority: Authority) -> Signer:
 
 
 LONGEST = 200
-SALT_BYTES = 16
 #: How a studio's tokens begin (`moireid_studio/auth/tokens.py`); a user may enter one as their name by mistake.
 TOKEN = "moireid_"
 
@@ -186,8 +185,3 @@ def checked_actor(text: str) -> str:
     if TOKEN in actor:
         raise RegistryError("the actor is a studio's token, which is a secret; give a name, and revoke that token")
     return actor
-
-
-def new_salt() -> str:
-    """A random salt, hex digits: without it no one can check a guess of what a hash covers."""
-    return secrets.token_hex(SALT_BYTES)

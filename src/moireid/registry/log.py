@@ -21,7 +21,7 @@ from typing import Any
 from moireid.registry.canonical import canonical_json, sha256_hex, utc_now
 from moireid.registry.engine import AnyRow
 from moireid.registry.keys import ENTRY, ENTRY_TEXT, ROOT, Authority, Signer
-from moireid.registry.merkle import leaf_hash
+from moireid.registry.merkle import Tree, leaf_hash
 from moireid.registry.record import Fault
 
 #: What is hashed of an entry.
@@ -44,6 +44,11 @@ class Head:
 
     def __str__(self) -> str:
         return f"{self.seq}:{self.hash}"
+
+    @classmethod
+    def over(cls, leaves: Tree) -> Head:
+        """The head of the entries whose leaves a tree has."""
+        return cls(leaves.size, leaves.root().hex())
 
     @classmethod
     def parse(cls, text: str) -> Head:
@@ -96,9 +101,8 @@ def first_rows(signer: Signer, actor: str) -> tuple[dict[str, Any], dict[str, An
     """The row of `authority` and the first row of `log`; that row names the key, so a head confirms the key as well."""
     authority = signer.authority
     (row,) = next_rows(signer, 0, [("init", authority.fingerprint, key_digest(authority))], actor)
-    # The root over one entry is its leaf.
-    head = Head(1, leaf_of(row["hash"]).hex())
-    return {"one": 1, "public_key": authority.public_hex} | head_row(signer, head), row
+    head = head_row(signer, Head.over(Tree([leaf_of(row["hash"])])))
+    return {"one": 1, "public_key": authority.public_hex} | head, row
 
 
 def key_digest(authority: Authority) -> str:

@@ -36,26 +36,25 @@ class LogTree:
     """
 
     def __init__(self, connection: Connection, head: Head, before: LogTree | None = None) -> None:
-        self._connection, self.head, self.size, self.root = connection, head, head.seq, b""
-        grown = before is not None and before.size <= self.size and self._grown_from(before.leaves, before.tree)
+        self._connection, self.head = connection, head
+        grown = before is not None and before.head.seq <= head.seq and self._grown_from(before.leaves, before.tree)
         if not grown and not self._grown_from([], Tree()):
             raise Fault("head_hash", "the log's entries are not those of its signed head")
 
     def _grown_from(self, leaves: list[bytes], tree: Tree) -> bool:
         """Add the leaves that follow these; whether the root is then the signed one."""
-        query = select(log.c.seq, log.c.hash).where(log.c.seq > len(leaves), log.c.seq <= self.size)
+        query = select(log.c.seq, log.c.hash).where(log.c.seq > len(leaves), log.c.seq <= self.head.seq)
         added = [leaf_of(row.hash) for row in self._connection.execute(query.order_by(log.c.seq))]
         self.leaves, self.tree = leaves + added, tree.copy()
         for leaf in added:
             self.tree.add(leaf)
-        self.root = self.tree.root()
-        return (self.tree.size, self.root.hex()) == (self.size, self.head.hash)
+        return Head.over(self.tree) == self.head
 
-    def consistency(self, size: int, root: bytes) -> list[bytes] | None:
-        """The proof that the log goes on from its first `size` entries, which have this root; None if it does not."""
-        if not 0 < size <= self.size or Tree(self.leaves[:size]).root() != root:
+    def consistency(self, earlier: Head) -> list[bytes] | None:
+        """The proof that the log goes on from an earlier head; None if it does not."""
+        if earlier.seq < 1 or Head.over(Tree(self.leaves[: earlier.seq])) != earlier:
             return None
-        return consistency_proof(self.leaves, size)
+        return consistency_proof(self.leaves, earlier.seq)
 
     def entries(self, begin: int = 1) -> Iterator[dict[str, Any]]:
         """The entries from the one of number `begin` to the head, each checked but for its signature.
@@ -63,7 +62,7 @@ class LogTree:
         Raises: Fault if one was changed or taken out.
         """
         last = begin - 1
-        query = select(log).where(log.c.seq >= begin, log.c.seq <= self.size)
+        query = select(log).where(log.c.seq >= begin, log.c.seq <= self.head.seq)
         for row in pages(self._connection, query, log.c.seq):
             entry = dict(row._mapping)
             check_order(entry, last)
@@ -71,7 +70,7 @@ class LogTree:
                 raise Fault("log_cut", f"log entry {entry['seq']} is not the one of the signed head")
             last += 1
             yield entry
-        if last != self.size:
+        if last != self.head.seq:
             raise Fault("log_cut", f"the log's entries from {begin} on are not those of its signed head")
 
     def newest_entry(self, subject: str, record_sha256: str) -> int:
@@ -95,7 +94,7 @@ class LogTree:
         Raises: Fault if an entry after that head was changed or taken out.
         """
         if seen != self.head:
-            if self.consistency(seen.seq, bytes.fromhex(seen.hash)) is None:
+            if self.consistency(seen) is None:
                 return False
             for _ in self.entries(seen.seq + 1):
                 pass

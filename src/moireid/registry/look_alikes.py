@@ -12,6 +12,9 @@ from __future__ import annotations
 import unicodedata
 from collections.abc import Iterable
 from functools import cache
+from importlib import resources
+
+import msgspec
 
 from moireid.names import INVISIBLE
 
@@ -48,10 +51,13 @@ def alike_within(names: Iterable[str]) -> list[tuple[str, str]]:
 @cache
 def _prototypes() -> dict[int, str]:
     """Code point -> what it looks like, for `str.translate`."""
-    from confusable_homoglyphs.confusables import confusables_data
-
+    # Of the package only its table is read, as its code loads a client of the web; and pair by pair, as that takes less
+    # memory.
+    packed = resources.files("confusable_homoglyphs").joinpath("confusables.json").read_bytes()
+    pairs, read = msgspec.json.decode(packed, type=dict[str, msgspec.Raw]), msgspec.json.Decoder(list[dict[str, str]])
     table: dict[int, str] = {code: "" for first, last in INVISIBLE for code in range(first, last + 1)}
-    for text, others in confusables_data.items():
+    for text, pair in pairs.items():
+        others = read.decode(pair)
         source, target = text.replace(MARK, ""), others[0]["c"].replace(MARK, "")
         # The table has each pair in both directions, that of the standard's source first.  A source has one prototype,
         # a prototype mostly many sources.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from sqlalchemy import Connection, Engine, insert, inspect, select
@@ -15,35 +16,32 @@ from moireid.registry.keys import new_key
 from moireid.registry.log import first_rows
 
 TABLES = set(schema.metadata.tables)
+#: Makes and fills the tables of an empty database; returns whether it did, or another process was faster.
+Make = Callable[[Engine], bool]
 
 
-def prepare(engine: Engine, shown: str, *, create: bool, make_authority: bool, actor: str) -> tuple[str | None, bool]:
-    """Make the tables if there are none and `create` is true, and check them.
+def prepare(engine: Engine, shown: str, make: Make | None) -> tuple[str | None, bool]:
+    """Make the tables if there are none, and check them; `shown` names the registry in messages.
 
-    Returns: the authority's public key, and whether the authority was made here.
-
-    A registry without an authority gets one, with a new key pair, if `create` and `make_authority` are true.  Else
-    None is returned for it if `create` is true: it waits for an import.  `shown` names the registry in messages,
-    `actor` is who makes it.
+    Returns: the authority's public key, and whether they were made here.
     Raises: RegistryError if the database holds nothing, another program's tables, others than moireid made, or another
         version of ours.
     """
-    with engine.connect() as connection:
-        names, public_key = look(connection)
     made = False
-    if create and (not names or (public_key is None and make_authority and names >= TABLES)):
-        made = _create(engine, actor, make_authority=make_authority)
+    if make is not None:
+        with engine.connect() as connection:
+            names, _ = look(connection)
+        made = not names and make(engine)
     with engine.connect() as connection:
         names, public_key = look(connection)
-        if {schema.schema_version.name, schema.badges.name} <= names:
-            _check_version(connection, shown)
-            check_tables(connection, shown)
-        elif names:
+        if not names:
+            raise RegistryError(f"registry {shown} is empty; enroll someone first, or run `moireid registry init`")
+        if not {schema.schema_version.name, schema.badges.name} <= names:
             raise RegistryError(
                 f"registry {shown} is a database, but not one of moireid's; give another URL, or an empty database"
             )
-    if not names or (public_key is None and not create):
-        raise RegistryError(f"registry {shown} is empty; enroll someone first, or run `moireid registry init`")
+        _check_version(connection, shown)
+        check_tables(connection, shown)
     return public_key, made
 
 
@@ -93,35 +91,40 @@ def _check_version(connection: Connection, shown: str) -> None:
     )
 
 
-def _create(engine: Engine, actor: str, *, make_authority: bool) -> bool:
-    """Make the tables, their version and the authority in one transaction, unless another process was faster.
-
-    Returns: whether it made the authority.
-    """
+def new_authority(actor: str, engine: Engine) -> bool:
+    """Make a registry with a key pair of its own; actor: who does, as its log is to name them."""
     # The key is on the disk before the registry says that it is the authority's.
-    signer, path = new_key() if make_authority else (None, None)
-    used = False
+    signer, path = new_key()
+    head, entry = first_rows(signer, actor)
+
+    def fill(connection: Connection) -> None:
+        connection.execute(insert(schema.authority).values(head))
+        connection.execute(insert(schema.log).values(entry))
+
+    made = False
+    try:
+        made = make_tables(engine, fill)
+    finally:
+        if not made:
+            path.unlink(missing_ok=True)
+    return made
+
+
+def make_tables(engine: Engine, fill: Callable[[Connection], object]) -> bool:
+    """Make the tables, and fill them, in one transaction, unless another process was faster; returns whether it did."""
     try:
         with writing(engine) as connection:
             # Another process may have made them while this one waited for the write lock.
-            names, public_key = look(connection)
-            if not names:
-                schema.metadata.create_all(connection)
-                connection.execute(insert(schema.schema_version).values(version=schema.SCHEMA_VERSION))
-            if signer is not None and public_key is None:
-                head_row, entry = first_rows(signer, actor)
-                connection.execute(insert(schema.authority).values(head_row))
-                connection.execute(insert(schema.log).values(entry))
-                used = True
+            if look(connection)[0]:
+                return False
+            schema.metadata.create_all(connection)
+            connection.execute(insert(schema.schema_version).values(version=schema.SCHEMA_VERSION))
+            fill(connection)
+        return True
     except (IntegrityError, ProgrammingError):
         # Databases without a single write lock, such as PostgreSQL, refuse the second of two makers here.  If the
         # other one has succeeded, nothing is left to do; otherwise this error is reported.
-        used = False
         with engine.connect() as connection:
-            names, public_key = look(connection)
-        if not names >= TABLES or (make_authority and public_key is None):
-            raise
-    finally:
-        if path is not None and not used:
-            path.unlink(missing_ok=True)
-    return used
+            if not look(connection)[0] >= TABLES:
+                raise
+        return False

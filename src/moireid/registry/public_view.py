@@ -3,18 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from datetime import timedelta
 from pathlib import Path
+
+import msgspec
 
 from moireid.badge import Badge
 from moireid.errors import RegistryError
+from moireid.files import planned, whole_file
 from moireid.provenance import Standing
-from moireid.registry.bundle.publish import Progress, publish
+from moireid.registry.bundle.bundle_file import TIME, BundleContent, now, read_bundle_file, sealed_file
+from moireid.registry.bundle.publish import Progress, sealed_people, unsealed_people
 from moireid.registry.checkpoints.checkpoint import ORIGIN, Checkpoint, sign_checkpoint
 from moireid.registry.checkpoints.cosignature import signers
 from moireid.registry.checkpoints.note import VerifierKey, authority_key
+from moireid.registry.engine import sqlite_file
 from moireid.registry.keys import as_fingerprint
 from moireid.registry.queries import RegistryQueries
-from moireid.registry.record import Record
+from moireid.registry.record import Fault, Record
 
 
 class PublicView(RegistryQueries):
@@ -65,42 +71,64 @@ class PublicView(RegistryQueries):
         Raises
         ------
         RegistryError
-            If the log was changed since that version was entered: the badge may have been revoked.
-        """
-        self._ledger.check_newest(record)
+            If an entry on the way was changed or taken out, or is about another version of the record: the badge may
+            have been revoked.  Or if witnesses must have seen it (`require_witnesses`), and it is later than they have;
+            what bars a badge counts unseen.
 
-    def checkpoint(self, older: Sequence[Checkpoint] = ()) -> tuple[Checkpoint, list[tuple[int, list[bytes]]]]:
+        Notes
+        -----
+        Reading a record compares it with its newest entry among those that are present.  An attacker who can write to
+        the database could put back a record from before its revocation, and change the revocation's entry, or take it
+        out.  A proof that the older entry is in the tree does not show that.
+        Source: the root over all entries is signed; so no signature on the way counts.  100,000 entries take about a
+        second.
+        """
+        ledger = self._ledger
+        with ledger.snapshot() as connection:
+            tree = ledger.tree_in(connection)
+            newest = tree.newest_entry(record.id, record.digest())
+            seen = ledger.witnessed
+            if seen is not None and tree.consistency(seen) is None:
+                raise Fault("forked", f"the log's first {seen.seq} entries are not those that witnesses have seen")
+        if seen is not None and newest > seen.seq and record.barred() is None:
+            raise RegistryError(
+                f"the record of badge {record.id} is of log entry {newest}, and witnesses have seen {seen.seq}; "
+                "get a newer checkpoint from those who run the registry",
+                code="not_witnessed",
+            )
+
+    def checkpoint(self, earlier: Checkpoint | None = None) -> tuple[Checkpoint, list[bytes]]:
         """Sign the log as it is now, for others to keep.
 
         Parameters
         ----------
-        older : sequence of Checkpoint
-            Earlier checkpoints, which the log must still extend.
+        earlier : Checkpoint, optional
+            One that was signed before, which the log must still extend.
 
         Returns
         -------
         tuple
-            The checkpoint; and for each older one its size, and the proof of RFC 6962, section 2.1.2.
+            The checkpoint; and the proof of RFC 6962, section 2.1.2, that it extends the earlier one.
 
         Raises
         ------
         RegistryError
-            If the registry was put back to an earlier state, or does not begin as an older checkpoint says: a log
+            If the registry was put back to an earlier state, or does not begin as the earlier checkpoint says: a log
             signs nothing that contradicts what it signed before.
         """
-        ledger, proofs = self._ledger, []
+        ledger = self._ledger
         signer = ledger.signer()
         with ledger.snapshot() as connection:
             tree = ledger.tree_in(connection)
-            for one in older:
-                one.check(ledger.authority, f"of {one.date}")
-                if (proof := tree.consistency(one.size, one.root)) is None:
-                    raise RegistryError(
-                        f"{ledger.called} does not begin as its checkpoint of {one.date} says, so nothing is signed; "
-                        "audit the registry since that checkpoint"
-                    )
-                proofs.append((one.size, proof))
-            return sign_checkpoint(tree, signer), proofs
+            if earlier is not None:
+                earlier.check(ledger.authority, f"of {earlier.date}")
+            proof = [] if earlier is None else tree.consistency(earlier.head)
+            if earlier is not None and proof is None:
+                raise RegistryError(
+                    f"{ledger.called} does not begin as its checkpoint of {earlier.date} says, so nothing is signed; "
+                    "audit the registry since that checkpoint"
+                )
+            return sign_checkpoint(tree.head, signer), proof or []
 
     def require_witnesses(self, witnesses: Sequence[VerifierKey], checkpoint: Checkpoint) -> None:
         """From now on rely only on badges that witnesses have seen, in this registry as it is open.
@@ -134,17 +162,17 @@ class PublicView(RegistryQueries):
                 )
             checkpoint.check(ledger.authority, source)
             signers(witnesses, checkpoint.note, source)
-            tree = ledger.tree_in(connection)
-            goes_on = tree.consistency(checkpoint.size, checkpoint.root) is not None
-        if tree.size < checkpoint.size:
+            tree, seen = ledger.tree_in(connection), checkpoint.head.seq
+            goes_on = tree.consistency(checkpoint.head) is not None
+        if tree.head.seq < seen:
             raise RegistryError(
-                f"{ledger.called} has {tree.size} log entries, and witnesses have seen {checkpoint.size}: it was "
+                f"{ledger.called} has {tree.head.seq} log entries, and witnesses have seen {seen}: it was "
                 "rolled back to an earlier state; get its newest copy from those who run it",
                 code="rolled_back",
             )
         if not goes_on:
             raise RegistryError(
-                f"{ledger.called} does not begin with the {checkpoint.size} log entries that witnesses have seen: it "
+                f"{ledger.called} does not begin with the {seen} log entries that witnesses have seen: it "
                 "was forked; ask those who run it, and audit it since that checkpoint",
                 code="forked",
             )
@@ -191,12 +219,28 @@ class PublicView(RegistryQueries):
         SpecError
             If the file exists and `overwrite` is false, or cannot be written.
         """
-        return publish(
-            self._ledger,
-            Path(path),
-            specimen,
-            days=days,
-            overwrite=overwrite,
-            progress=progress,
-            checkpoint=checkpoint,
-        )
+        ledger, path, versions = self._ledger, Path(path), dict[str, str]()
+        planned([path], overwrite=overwrite, kept=[sqlite_file(ledger.url)])
+        signer, entries = ledger.signer(), []
+        with ledger.snapshot() as connection:
+            tree = ledger.tree_in(connection)
+            for entry in tree.entries():
+                entries.append(bytes.fromhex(entry["hash"]))
+                versions[entry["subject"]] = entry["record_sha256"]
+            if checkpoint is None:
+                checkpoint = sign_checkpoint(tree.head, signer)
+            checkpoint.check(ledger.authority, f"of {checkpoint.date}")
+            if checkpoint.head != tree.head:
+                raise RegistryError(
+                    f"the checkpoint of {checkpoint.date} is of {checkpoint.head.seq} log entries, and {ledger.called} "
+                    f"has another log, of {tree.head.seq}; have a checkpoint of today's log cosigned, and publish "
+                    "before it grows"
+                )
+            unsealed, layouts = unsealed_people(connection, ledger, specimen, versions)
+        people = sealed_people(unsealed, progress)
+        content = msgspec.json.encode(BundleContent(checkpoint.note, b"".join(entries), layouts, people))
+        expires = (now() + timedelta(days=days)).strftime(TIME)
+        with whole_file(path) as temporary:
+            temporary.write_bytes(sealed_file(signer, expires, content))
+            read_bundle_file(temporary)
+        return len(people), expires

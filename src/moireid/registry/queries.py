@@ -4,47 +4,23 @@ from __future__ import annotations
 
 import unicodedata
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
+from typing import Any
 
-from sqlalchemy import ColumnElement, and_, func, or_, select
+from sqlalchemy import or_, select, tuple_
 
 from moireid.arguments import checked
 from moireid.badge import Badge
 from moireid.errors import RegistryError
-from moireid.registry.claims import as_id, find_row
+from moireid.registry.claims import as_id, find_record
+from moireid.registry.engine import chunks
 from moireid.registry.ledger import Ledger
 from moireid.registry.log import ERASE, check_signed
 from moireid.registry.look_alikes import folded_skeleton, skeleton
 from moireid.registry.record import Record, storable
-from moireid.registry.schema import badges, log, select_layouts, select_named_so, select_records
+from moireid.registry.schema import badges, log, select_layouts, select_records
 
 #: Records fetched at a time: few enough for the memory, and no lock is held while the caller looks at them.
 PAGE = 200
-
-
-@dataclass(frozen=True)
-class Entry:
-    """One entry of the log.
-
-    Attributes
-    ----------
-    seq : int
-        Its number; the first is 1.
-    time : str
-        UTC, ISO 8601 to the second.
-    action : str
-        Such as "enroll", "revoke", "as_built", "as_built_replaced", "import", "erase".
-    subject : str
-        The badge's id; of the first entry the authority's fingerprint.
-    actor : str
-        Who did it.
-    """
-
-    seq: int
-    time: str
-    action: str
-    subject: str
-    actor: str
 
 
 class RegistryQueries:
@@ -81,7 +57,7 @@ class RegistryQueries:
             If the claim is no text.
         """
         try:
-            return self._ledger.record(find_row(claim, self._ledger.rows, self._ledger.shown))
+            return find_record(claim, self._ledger)
         except RegistryError as error:
             if error.details.get("ids") != [] or (when := self.erased_at(claim)) is None:
                 raise
@@ -112,7 +88,7 @@ class RegistryQueries:
         """
         whole = unicodedata.normalize("NFC", name)
         query = select_records().where(badges.c.name_nfc == whole).order_by(badges.c.id)
-        return [self._ledger.record(row) for row in self._ledger.rows(query)] if storable(whole) else []
+        return self._ledger.records(query) if storable(whole) else []
 
     def by_id(self, badge_id: str) -> Record | None:
         """Find the record of an id.
@@ -128,8 +104,8 @@ class RegistryQueries:
             None if the id is not issued.
         """
         query = select_records().where(badges.c.id == as_id(badge_id))
-        rows = self._ledger.rows(query) if storable(badge_id) else []
-        return self._ledger.record(rows[0]) if rows else None
+        found = self._ledger.records(query) if storable(badge_id) else []
+        return found[0] if found else None
 
     def look_alikes(self, names: Iterable[str]) -> dict[str, list[Record]]:
         """Find people whose names look like these and are others.
@@ -144,21 +120,16 @@ class RegistryQueries:
         dict
             Name to the records, by id; names that look like no other are left out.
         """
-        found = self._ids_named_like(list(dict.fromkeys(names)))
-        return {name: [record for one in sorted(ids) if (record := self.by_id(one))] for name, ids in found.items()}
-
-    def _ids_named_like(self, names: list[str]) -> dict[str, set[str]]:
-        """Name -> the ids of others that look like it."""
-        found: dict[str, set[str]] = {}
-        for begin in range(0, len(names), PAGE):
-            some = names[begin : begin + PAGE]
+        found: dict[str, dict[str, Record]] = {}
+        for some in chunks(dict.fromkeys(names)):
             seen, plain = _by(skeleton, some), _by(folded_skeleton, some)
-            for query in select_named_so(sorted(seen), sorted(plain)):
-                for row in self._ledger.rows(query):
-                    for name in {*seen.get(row.skeleton, ()), *plain.get(row.folded, ())}:
-                        if unicodedata.normalize("NFC", name) != row.name_nfc:
-                            found.setdefault(name, set()).add(row.id)
-        return found
+            alike = or_(badges.c.skeleton.in_(sorted(seen)), badges.c.folded.in_(sorted(plain)))
+            for record in self._ledger.records(select_records().where(alike)):
+                own, own_plain = skeleton(record.name), folded_skeleton(record.name)
+                for name in {*seen.get(own, ()), *plain.get(own_plain, ())}:
+                    if unicodedata.normalize("NFC", name) != record.name:
+                        found.setdefault(name, {})[record.id] = record
+        return {name: [ids[one] for one in sorted(ids)] for name, ids in found.items()}
 
     def erased_at(self, badge_id: str) -> str | None:
         """Find when the holder of a badge was erased.
@@ -188,7 +159,7 @@ class RegistryQueries:
             check_signed(dict(rows[0]._mapping), self._ledger.authority)
         return str(rows[0].time)
 
-    def entries(self, claim: str | None = None, limit: int | None = None) -> list[Entry]:
+    def entries(self, claim: str | None = None, limit: int | None = None) -> list[dict[str, Any]]:
         """List what was done, newest first.
 
         Parameters
@@ -200,8 +171,10 @@ class RegistryQueries:
 
         Returns
         -------
-        list of Entry
-            As the log holds it, not checked; `audit` checks it.
+        list of dict
+            Each with `seq`, its number from 1 on; `time`, UTC, ISO 8601 to the second; `action`, such as "enroll",
+            "revoke", "as_built", "as_built_replaced", "import", "erase"; `subject`, the badge's id, of the first entry
+            the authority's fingerprint; and `actor`, who did it.  As the log holds them, not checked; `audit` checks.
 
         Raises
         ------
@@ -211,11 +184,10 @@ class RegistryQueries:
         subject = None if claim is None else as_id(claim)
         if claim is not None and self.erased_at(claim) is None:
             subject = self.find(claim).id
-        query = select(log)
+        query = select(log.c.seq, log.c.time, log.c.action, log.c.subject, log.c.actor)
         if subject is not None:
             query = query.where(log.c.subject == subject)
-        rows = self._ledger.rows(query.order_by(log.c.seq.desc()).limit(limit))
-        return [Entry(row.seq, row.time, row.action, row.subject, row.actor) for row in rows]
+        return [dict(row._mapping) for row in self._ledger.rows(query.order_by(log.c.seq.desc()).limit(limit))]
 
     def records(self) -> Iterator[Record]:
         """Go through all records by name, then id.
@@ -226,12 +198,11 @@ class RegistryQueries:
             What is enrolled meanwhile may or may not be among them.
         """
         page = select_records().order_by(badges.c.name_nfc, badges.c.id).limit(PAGE)
-        rows = self._ledger.rows(page)
-        while rows:
-            for row in rows:
-                yield self._ledger.record(row)
-            name, badge_id = rows[-1].name_nfc, rows[-1].id
-            rows = self._ledger.rows(page.where(_after(name, badge_id))) if len(rows) == PAGE else []
+        found = self._ledger.records(page)
+        while found:
+            yield from found
+            after = tuple_(badges.c.name_nfc, badges.c.id) > (found[-1].name, found[-1].id)
+            found = self._ledger.records(page.where(after)) if len(found) == PAGE else []
 
     def search(self, text: str, limit: int, *, ids: bool = True) -> list[Record]:
         """Find records by a part of the name, or by the beginning of the id.
@@ -257,7 +228,7 @@ class RegistryQueries:
         if name:
             named = badges.c.name_nfc.icontains(name, autoescape=True)
             page = page.where(or_(named, badges.c.id.startswith(as_id(name), autoescape=True)) if ids else named)
-        return [self._ledger.record(row) for row in self._ledger.rows(page)]
+        return self._ledger.records(page)
 
     def layouts(self) -> list[Badge]:
         """List one badge of each distinct layout, which is enough for a reader to read any of them.
@@ -267,7 +238,7 @@ class RegistryQueries:
         list of Badge
             Of each layout the badge of the lowest id.
         """
-        return [self._ledger.record(row).badge for row in self._ledger.rows(select_layouts())]
+        return [record.badge for record in self._ledger.records(select_layouts())]
 
     def count(self) -> int:
         """Count the records.
@@ -277,7 +248,7 @@ class RegistryQueries:
         int
             Revoked ones too.
         """
-        return int(self._ledger.rows(select(func.count()).select_from(badges))[0][0])
+        return self._ledger.count()
 
 
 def _by(look: Callable[[str], str], names: Iterable[str]) -> dict[str, list[str]]:
@@ -286,8 +257,3 @@ def _by(look: Callable[[str], str], names: Iterable[str]) -> dict[str, list[str]
     for name in names:
         found.setdefault(look(name), []).append(name)
     return found
-
-
-def _after(name: str, badge_id: str) -> ColumnElement[bool]:
-    """The condition of rows that come later in the order of `Registry.records`."""
-    return or_(badges.c.name_nfc > name, and_(badges.c.name_nfc == name, badges.c.id > badge_id))

@@ -8,7 +8,7 @@ hashes, what is signed, or what names look like, because old keys, signatures an
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import Any
 
 from sqlalchemy import (
@@ -111,11 +111,6 @@ def pages(connection: Connection, query: AnySelect, key: Column[Any]) -> Iterato
         rows = list(connection.execute(page.where(key > rows[-1]._mapping[key.name])))
 
 
-def last_entry() -> AnySelect:
-    """The sequence number and hash of the log's last entry."""
-    return select(log.c.seq, log.c.hash).order_by(log.c.seq.desc()).limit(1)
-
-
 def select_records() -> AnySelect:
     """The rows that `record_of` reads: all columns of `badges`, and `newest`, the digest in each one's newest entry."""
     newest = (
@@ -139,9 +134,3 @@ def select_layouts() -> AnySelect:
     keys = keys.union_all(select(following).where(keys.c.key.is_not(None)))
     first = select(func.min(badges.c.id)).where(badges.c.layout_key == keys.c.key).scalar_subquery()
     return select_records().where(badges.c.id.in_(select(first).where(keys.c.key.is_not(None)))).order_by(badges.c.id)
-
-
-def select_named_so(names: Sequence[str], folded: Sequence[str]) -> list[AnySelect]:
-    """The queries for id, name and skeletons of all whose names look like one of these, by skeleton and folded one."""
-    columns = select(badges.c.id, badges.c.name_nfc, badges.c.skeleton, badges.c.folded)
-    return [columns.where(badges.c.skeleton.in_(names)), columns.where(badges.c.folded.in_(folded))]

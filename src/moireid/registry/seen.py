@@ -41,13 +41,12 @@ def seen_path() -> Path | None:
     return None if folder is None else folder / "seen.sqlite3"
 
 
-#: What was seen before: the fingerprint of the authority of one place, None if nothing was seen there, and of every
-#: authority the last head.
-Memory = tuple[str | None, dict[str, Head]]
+def recall(place: str = "") -> tuple[str | None, dict[str, Head]]:
+    """What was seen before: the fingerprint of the authority of one place, and of every authority the last head.
 
-
-def recall(place: str = "") -> Memory:
-    """What was seen of all authorities, and at one place.  Raises: RegistryError if the file cannot be read."""
+    The first is None if nothing was seen there.
+    Raises: RegistryError if the file cannot be read.
+    """
     path = seen_path()
     if path is None or not path.exists():
         return None, {}

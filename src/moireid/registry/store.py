@@ -8,14 +8,18 @@ What is added later, a revocation or measured figures, is signed and logged like
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence, Sized
+from collections.abc import Iterable, Sequence, Sized
+from functools import partial
 from pathlib import Path
-from types import TracebackType
+
+from sqlalchemy.engine import URL
 
 from moireid.badge import Badge
 from moireid.errors import RegistryError
+from moireid.files import planned, whole_file
 from moireid.registry.audit import audit
 from moireid.registry.audit_findings import Audit
+from moireid.registry.bundle.publish import Progress
 from moireid.registry.canonical import utc_now
 from moireid.registry.changes import RegistryChanges
 from moireid.registry.checkpoints.checkpoint import Checkpoint
@@ -23,15 +27,14 @@ from moireid.registry.checkpoints.note import VerifierKey
 from moireid.registry.engine import chunks, default_url, read_url, sqlite_file
 from moireid.registry.keys import Authority, account, checked_actor, key_path, keys_folder
 from moireid.registry.ledger import Ledger, Transaction, open_ledger
+from moireid.registry.opening import new_authority
 from moireid.registry.public_view import PublicView
 from moireid.registry.record import Record, new_record
 from moireid.registry.schema import badges, select_records
-from moireid.registry.transfer import checked_copy, count, export, merge, sign_anew
-
-Progress = Callable[[int, int | None], None]
+from moireid.registry.transfer import audited_copy, checked_copy, make_copy, merge, sign_anew
 
 
-def open_registry(url: str | None, *, create: bool, make_authority: bool = True, actor: str | None = None) -> Registry:
+def open_registry(url: str | None, *, create: bool, actor: str | None = None) -> Registry:
     """The registry at an SQLAlchemy URL, or at `default_url()` for None.
 
     Parameters
@@ -40,8 +43,6 @@ def open_registry(url: str | None, *, create: bool, make_authority: bool = True,
         Such as ``sqlite:///people.sqlite3``.
     create : bool
         Make folder, file, tables and the authority's key pair if they are absent; if false, nothing is ever made.
-    make_authority : bool
-        If false, a new registry has no key of its own and awaits an import.
     actor : str, optional
         The person or account that uses it, as the log names them; None for the account that runs this process.
 
@@ -58,9 +59,12 @@ def open_registry(url: str | None, *, create: bool, make_authority: bool = True,
     MissingExtraError
         If it is on PostgreSQL, and the driver is not installed.
     """
-    parsed = read_url(default_url() if url is None else url)
     who = account() if actor is None else checked_actor(actor)
-    return Registry(open_ledger(parsed, create=create, make_authority=make_authority, actor=who), who)
+    return Registry(open_ledger(_url(url), partial(new_authority, who) if create else None), who)
+
+
+def _url(url: str | None) -> URL:
+    return read_url(default_url() if url is None else url)
 
 
 class Registry(RegistryChanges, PublicView):
@@ -108,9 +112,7 @@ class Registry(RegistryChanges, PublicView):
     def __enter__(self) -> Registry:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def close(self) -> None:
@@ -157,7 +159,8 @@ class Registry(RegistryChanges, PublicView):
         str
             NUMBER:ROOT.
         """
-        return str(self._ledger.head())
+        with self._ledger.snapshot() as connection:
+            return str(self._ledger.tree_in(connection).head)
 
     def enroll(self, badge: Badge) -> Record:
         """Issue a badge.
@@ -275,7 +278,11 @@ class Registry(RegistryChanges, PublicView):
         SpecError
             If the file exists and `overwrite` is false, or cannot be written.
         """
-        return export(self._ledger, Path(path), overwrite=overwrite, progress=progress)
+        planned([path := Path(path)], overwrite=overwrite, kept=[self.file])
+        # One state of the registry, checked in the copy.  Badges can be printed from it.
+        ledger = self._ledger
+        with whole_file(path, private=True) as new, ledger.reported(), audited_copy(ledger, new, progress) as copy:
+            return copy.count()
 
 
 def _enter(transaction: Transaction, records: Sequence[Record]) -> list[Record]:
@@ -334,9 +341,9 @@ def import_registry(path: Path | str, url: str | None, *, actor: str | None = No
         this registry; if records must be signed and the private key is absent; and as `open_registry`.  Nothing is made
         if the file is at fault.
     """
-    with (
-        checked_copy(Path(path)) as copy,
-        open_registry(url, create=True, make_authority=new_key, actor=actor) as registry,
-    ):
-        (sign_anew if new_key else merge)(copy, registry._ledger, registry.actor)
-        return count(copy)
+    who = account() if actor is None else checked_actor(actor)
+    with checked_copy(Path(path)) as copy:
+        make = partial(new_authority, who) if new_key else partial(make_copy, copy)
+        with Registry(open_ledger(_url(url), make), who) as registry:
+            (sign_anew if new_key else merge)(copy, registry._ledger, who)
+        return copy.count()

@@ -7,8 +7,8 @@ An import:
 1. The file is copied into a new registry in a temporary folder, and audited there.  If it was cut or changed, the
    import ends here, and nothing was written.
 2. It is merged in one transaction, in the first of these ways that fits:
-   - the registry has no authority yet: it becomes a copy of the export, with the export's authority and signatures.
-     Without the private key it can be read, and no more.
+   - there is no registry yet: it becomes a copy of the export, with the export's authority and signatures.  Without
+     the private key it can be read, and no more.
    - the export's log is a part of the registry's: there is nothing to do.
    - the registry's log is a part of the export's: it becomes a copy, too.
    Else both have grown on their own, and one of them is a fork: nothing is imported.
@@ -21,33 +21,27 @@ its own key.  Readers must be given its fingerprint: they have no proof that it 
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 
-from sqlalchemy import Connection, delete, func, insert, select
+from sqlalchemy import Connection, Engine, delete, insert, select
 from sqlalchemy.engine import URL
 
 from moireid.errors import RegistryError
-from moireid.files import open_regular, planned, whole_file
+from moireid.files import open_regular
 from moireid.registry.audit import audit
-from moireid.registry.engine import chunks, clean, sqlite_file, translated, writing
-from moireid.registry.keys import account
+from moireid.registry.bundle.publish import Progress
+from moireid.registry.engine import chunks, clean, translated
 from moireid.registry.ledger import Ledger, open_ledger
 from moireid.registry.log import ERASE
-from moireid.registry.record import Fault
+from moireid.registry.opening import make_tables
+from moireid.registry.record import Fault, record_of
 from moireid.registry.schema import authority, badges, log, pages, select_records
 
 #: The tables of which a copy is made, and the key of each.
 COPIED = ((badges, badges.c.id), (log, log.c.seq), (authority, authority.c.one))
-
-
-def export(ledger: Ledger, path: Path, *, overwrite: bool, progress: Callable[[int, int | None], None] | None) -> int:
-    """What `Registry.export` does: one state of the registry, checked in the copy."""
-    planned([path], overwrite=overwrite, kept=[sqlite_file(ledger.url)])
-    # Badges can be printed from it.
-    with whole_file(path, private=True) as temporary, ledger.reported(), _copied(ledger, temporary, progress) as copy:
-        return count(copy)
 
 
 @contextmanager
@@ -62,9 +56,9 @@ def checked_copy(path: Path) -> Iterator[Ledger]:
         except OSError as error:
             raise RegistryError(f"export {path} cannot be read ({error.strerror}); give the path of one") from error
         # What others exported is compared with what was seen when it is merged.
-        source = open_ledger(_url_of(path), create=False, make_authority=False, actor=account()).unchecked()
+        source = open_ledger(_url_of(path), None, checked=False)
         try:
-            with _copied(source, Path(folder) / "copy.sqlite3") as copy:
+            with audited_copy(source, Path(folder) / "copy.sqlite3") as copy:
                 yield copy
         except Fault as fault:
             raise RegistryError(
@@ -77,18 +71,14 @@ def checked_copy(path: Path) -> Iterator[Ledger]:
 
 
 @contextmanager
-def _copied(source: Ledger, path: Path, progress: Callable[[int, int | None], None] | None = None) -> Iterator[Ledger]:
+def audited_copy(source: Ledger, path: Path, progress: Progress | None = None) -> Iterator[Ledger]:
     """A new registry in an SQLite file, with all that another one holds at this moment.
 
     Its own tables and indexes are new, so what a hostile database hides by its own is not hidden here.
     Raises: Fault if it is not sound.
     """
-    public_key = source.authority.public_hex
-    copy = open_ledger(_url_of(path), create=True, make_authority=False, actor=account()).unchecked()
+    copy = open_ledger(_url_of(path), partial(make_copy, source), checked=False)
     try:
-        with source.snapshot() as there, translated(copy.url), writing(copy.engine) as here:
-            _copy(there, here)
-        copy.adopt(public_key)
         seen = audit(copy, progress)
         if not seen.sound:
             more = f", and {seen.found - 1} more" if seen.found > 1 else ""
@@ -98,22 +88,16 @@ def _copied(source: Ledger, path: Path, progress: Callable[[int, int | None], No
         copy.engine.dispose()
 
 
-def count(ledger: Ledger) -> int:
-    """The number of its records."""
-    return int(ledger.rows(select(func.count()).select_from(badges))[0][0])
-
-
 def _url_of(path: Path) -> URL:
     return URL.create("sqlite", database=str(path.absolute()))
 
 
 def merge(source: Ledger, target: Ledger, actor: str) -> None:
     """Take all that `source`, which is sound, holds into `target`, in one transaction; `actor` does it."""
+    if target.made:
+        # As a copy of it.
+        return
     with source.snapshot() as there:
-        if not target.has_authority:
-            with target.filling(source.authority) as here:
-                _copy(there, here)
-            return
         if target.authority.public_hex != source.authority.public_hex:
             raise RegistryError(
                 f"registry {target.shown} is of authority {target.authority.fingerprint}, and this export is of "
@@ -121,9 +105,9 @@ def merge(source: Ledger, target: Ledger, actor: str) -> None:
             )
         with target.writing(actor, older=True) as transaction:
             theirs, ours, here = source.tree_in(there), transaction.tree, transaction.connection
-            if ours.consistency(theirs.size, theirs.root) is not None:
+            if ours.consistency(theirs.head) is not None:
                 return
-            if theirs.consistency(ours.size, ours.root) is None:
+            if theirs.consistency(ours.head) is None:
                 raise RegistryError(
                     f"registry {target.shown} holds log entries that this export lacks, and lacks others of it: one of "
                     "the two is a fork; import the export into an empty registry, and enroll and revoke there what is "
@@ -143,16 +127,22 @@ def sign_anew(source: Ledger, target: Ledger, actor: str) -> None:
     Raises: RegistryError if it is not empty, or its private key is not on this machine.
     """
     with source.snapshot() as there, target.writing(actor) as transaction:
-        if transaction.tree.size > 1:
+        if transaction.tree.head.seq > 1:
             raise RegistryError(
                 f"registry {target.shown} is not empty, and records are signed anew in an empty one alone; give "
                 "another URL"
             )
         for rows in chunks(pages(there, select_records(), badges.c.id)):
-            transaction.enter([source.record(row) for row in rows], "import")
+            transaction.enter([record_of(row, source.authority) for row in rows], "import")
         # Their ids are not issued again here either.
         for erased in there.scalars(select(log.c.subject).where(log.c.action == ERASE)).all():
             transaction.log(ERASE, erased)
+
+
+def make_copy(source: Ledger, engine: Engine) -> bool:
+    """Make a registry of all that another one holds at this moment."""
+    with source.snapshot() as there, translated(engine.url):
+        return make_tables(engine, partial(_copy, there))
 
 
 def _copy(there: Connection, here: Connection) -> None:

@@ -75,7 +75,7 @@ def test_what_a_visitor_does_is_logged_by_their_token(visit: Visit) -> None:
     bearer = {"Authorization": f"Bearer {secret}"}
     done = visit.ask("POST", f"/api/registry/{badge.id}/revoke", None, headers=bearer, json={"reason": "lost"})
     assert done.status_code == 200
-    assert visit.studio.registry.entries(limit=1)[0].actor == f"token {token.id} (front desk)"
+    assert visit.studio.registry.entries(limit=1)[0]["actor"] == f"token {token.id} (front desk)"
     shown = f"revoke, by token {token.id} (front desk)"
     assert shown in visit.ask("GET", f"/registry/{badge.id}", "issuer").text
     assert "front desk" not in visit.ask("GET", f"/registry/{badge.id}", "verifier").text

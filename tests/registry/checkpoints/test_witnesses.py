@@ -18,8 +18,7 @@ from kit.witnesses import Witness
 from moireid.cli.verify.verify_options import ClaimWish
 from moireid.cli.witness_options import WitnessCheck
 from moireid.errors import RegistryError
-from moireid.registry import holder_of, open_registry
-from moireid.registry.bundle import publish
+from moireid.registry import holder_of, open_registry, public_view
 from moireid.registry.checkpoints.checkpoint import read_checkpoint
 from moireid.registry.checkpoints.cosignature import witness_keys
 from moireid.registry.checkpoints.note import VerifierKey
@@ -163,7 +162,7 @@ def test_a_registry_that_is_exchanged_after_the_check_is_found(grown, witnesses,
                 registry.enroll(badge_of(name))
         stranger.unlink()
     out = witnesses.sign(noted(grown, tmp_path / "one"))
-    monkeypatch.setattr("moireid.registry.ledger.recall", lambda place: (None, {}))
+    monkeypatch.setattr("moireid.registry.rollback.recall", lambda place: (None, {}))
     with open_registry(url_of(grown), create=False) as registry:
         registry.require_witnesses(witnesses.first(3), read_checkpoint(out))
         shutil.copy(fork, grown)
@@ -228,8 +227,8 @@ def test_a_bundle_with_the_checkpoint_of_another_log_is_refused(grown, witnesses
     true = witnesses.sign(noted(grown, tmp_path / "true")).read_text(encoding="utf-8")
     with open_registry(url_of(grown), create=False) as registry:
         registry.enroll(badge_of("Cy"))
-    made = publish.BundleContent
-    monkeypatch.setattr(publish, "BundleContent", lambda checkpoint, *rest: made(true, *rest))
+    made = public_view.BundleContent
+    monkeypatch.setattr(public_view, "BundleContent", lambda checkpoint, *rest: made(true, *rest))
     _published(grown, tmp_path / "false.bundle")
     assert bundle_code(tmp_path / "false.bundle", witnesses.first(3)) == "forked"
 

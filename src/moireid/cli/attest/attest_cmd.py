@@ -24,7 +24,7 @@ from moireid.cli.witness_options import WitnessCheck, witness_check
 from moireid.errors import SpecError
 
 if TYPE_CHECKING:
-    from moireid.attest import CheckResult
+    from moireid.attest.checking import CheckResult
     from moireid.provenance import Standing
     from moireid.registry import Registry
     from moireid.registry.bundle.held import Bundle
@@ -106,9 +106,9 @@ def check_command(
     Exit code 0: it holds; 1: it does not; 2: bad input, or nothing says whom to expect.
     """
     from moireid.api.asking import asked
-    from moireid.attest import CertificateIdentity, check, load_public_key
+    from moireid.attest.checking import check
     from moireid.attest.envelope import read_envelope
-    from moireid.attest.signing_keys import load_certificates
+    from moireid.attest.signing_keys import load_certificates, load_public_key
 
     if witness_check is not None and registry_url is None and bundle_path is None:
         raise SpecError("--witness-key is of a registry, and none is asked; add --registry, or leave it out")
@@ -125,8 +125,7 @@ def check_command(
         )
     key = load_public_key(key_file) if key_file is not None else None
     trusted = load_certificates(issuer_file) if issuer_file is not None else ()
-    signer = CertificateIdentity(identity, trusted) if identity is not None else None
-    found = check(read_envelope(envelope), film=film, key=key, identity=signer)
+    found = check(read_envelope(envelope), film=film, key=key, identity=identity, authorities=trusted)
     if registry_url is not None or bundle_path is not None:
         require = witness_check.require if witness_check else None
         found = _held(found, asked(registry_url, bundle_path, trust, report_standing, require))
@@ -141,8 +140,7 @@ def check_command(
 def _held(found: CheckResult, place: AbstractContextManager[tuple[Registry | Bundle, Standing]]) -> CheckResult:
     """A verdict compared with what a registry or its bundle says of its badge, where it can be believed."""
     from moireid.api.asking import holder_in
-    from moireid.attest import held_against
-    from moireid.attest.registry_answer import badge_of
+    from moireid.attest.registry_answer import badge_of, held_against
 
     if found.report is None:
         return found

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from contextlib import ExitStack
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -50,55 +51,6 @@ def signing_options(command: Callable[..., Any]) -> Callable[..., Any]:
     return command
 
 
-@dataclass(frozen=True)
-class Signing:
-    """What is to be signed and written; the key was loaded, and the files can be written."""
-
-    key: SigningKey
-    attest_file: Path | None
-    form: Form | None
-
-    def write(self, document: dict[str, Any], video: Path) -> dict[str, Any]:
-        """Sign a report, and write what was asked for.
-
-        Parameters: document: as `Report.to_json`, with the `registry` that was asked.
-        Returns: the report as it was signed.
-        Raises: MoireIdError if it cannot be signed; then no file is left.
-        """
-        from moireid.attest.statement import attested
-
-        report = attested(document, self.key)
-        if self.attest_file is None:
-            self._write_credentials(report, video)
-        else:
-            self._write_envelope(self.attest_file, report, video)
-            say(f"signed verdict: {self.attest_file}")
-        return report
-
-    def _write_envelope(self, path: Path, report: dict[str, Any], video: Path) -> None:
-        from moireid.attest import check, signed_envelope
-        from moireid.attest.envelope import read_envelope
-        from moireid.attest.statement import statement
-        from moireid.files import whole_file
-
-        text = signed_envelope(statement(report, video.name), self.key)
-        with whole_file(path) as temporary:
-            temporary.write_text(text, encoding="utf-8")
-            found = check(read_envelope(temporary), film=video, key=self.key.public)
-            if not found.holds:
-                raise SpecError(f"the signed verdict does not hold ({found.faults[0].text}); nothing is written")
-            self._write_credentials(report, video)
-
-    def _write_credentials(self, report: dict[str, Any], video: Path) -> None:
-        if self.form is None:
-            return
-        from moireid.attest.credentials import credentials_path, write_credentials
-
-        words = write_credentials(report, video, self.form, self.key)
-        say(f"content credentials: {credentials_path(video, self.form)}")
-        say(f"note: {words}.")
-
-
 def planned_signing(
     video: Path,
     key_file: Path | None,
@@ -107,10 +59,12 @@ def planned_signing(
     *,
     overwrite: bool,
     kept: Sequence[Path | None] = (),
-) -> Signing | None:
-    """What is to be signed; None if nothing is.
+) -> Callable[[dict[str, Any]], dict[str, Any]] | None:
+    """What signs a report of the film, and writes what was asked for; None if nothing is to be signed.
 
     Parameters: kept: files that are read, besides film and key; no output may replace them.
+    Returns: it takes the report as `Report.to_json`, with the `registry` that was asked, and gives it as it was signed;
+        it raises MoireIdError if that cannot be signed, and then no file is left.
     Raises: SpecError, MissingExtraError if it cannot be signed, before any work is done.
     """
     if key_file is None:
@@ -120,8 +74,8 @@ def planned_signing(
         return None
     if attest_file is None and form is None:
         raise SpecError("--sign needs a place for the signed verdict; add --attest FILE, or --c2pa sidecar|embed")
-    from moireid.attest import load_signing_key
     from moireid.attest.credentials import check_credentials_key, credentials_path
+    from moireid.attest.signing_keys import load_signing_key
     from moireid.files import planned
 
     key = load_signing_key(key_file)
@@ -130,4 +84,31 @@ def planned_signing(
     outputs = [attest_file] if attest_file is not None else []
     outputs += [credentials_path(video, form)] if form is not None else []
     planned(outputs, overwrite=overwrite, kept=[video, key_file, *kept])
-    return Signing(key, attest_file, form)
+    return partial(_sign, video, key, attest_file, form)
+
+
+def _sign(
+    video: Path, key: SigningKey, attest_file: Path | None, form: Form | None, document: dict[str, Any]
+) -> dict[str, Any]:
+    """Sign a report, and write it; what `planned_signing` returns, of a key that was loaded."""
+    from moireid.attest.checking import check
+    from moireid.attest.credentials import credentials_path, write_credentials
+    from moireid.attest.envelope import read_envelope, signed_envelope
+    from moireid.attest.statement import attested, statement
+    from moireid.files import whole_file
+
+    report = attested(document, key)
+    with ExitStack() as files:
+        if attest_file is not None:
+            temporary = files.enter_context(whole_file(attest_file))
+            temporary.write_text(signed_envelope(statement(report, video.name), key), encoding="utf-8")
+            found = check(read_envelope(temporary), film=video, key=key.public)
+            if not found.holds:
+                raise SpecError(f"the signed verdict does not hold ({found.faults[0].text}); nothing is written")
+        if form is not None:
+            words = write_credentials(report, video, form, key)
+            say(f"content credentials: {credentials_path(video, form)}")
+            say(f"note: {words}.")
+    if attest_file is not None:
+        say(f"signed verdict: {attest_file}")
+    return report

@@ -6,7 +6,6 @@ offline.
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -17,12 +16,10 @@ from moireid.cli.common import (
     ACCEPT,
     REJECT,
     FiniteRange,
-    echo,
     overwrite_option,
     progress_bar,
-    show_json,
 )
-from moireid.cli.registry.records import registry_command
+from moireid.cli.registry.records import Answer, registry_command
 from moireid.cli.witness_options import witness_option
 from moireid.errors import SpecError
 
@@ -33,7 +30,7 @@ if TYPE_CHECKING:
 SHOWN = 20
 
 
-def _out_option(what: str) -> Callable[[Callable[..., None]], Callable[..., None]]:
+def _out_option(what: str) -> Callable[[Callable[..., Answer]], Callable[..., Answer]]:
     path = click.Path(path_type=Path, dir_okay=False)
     return click.option("--out", "path", required=True, type=path, help=f"Write the {what} here.")
 
@@ -51,8 +48,7 @@ def registry_audit(
     registry: Registry,
     kept: tuple[Path, ...],
     witness_keys: tuple[str, ...],
-    as_json: bool,
-) -> None:
+) -> Answer:
     """Check every signature and the whole log.
 
     The log must go on from the last state of it that you have seen here. Of what you have not seen, a registry cannot
@@ -72,23 +68,19 @@ def registry_audit(
         raise SpecError("--witness-key needs what the witnesses signed; add --since FILE")
     with progress_bar("checking the registry") as progress:
         seen, shown = registry.audit(progress, list(map(read_checkpoint, kept)), witnesses), registry.shown_url
-    if as_json:
-        show_json(seen.to_json() | {"registry": shown})
-    else:
-        echo(f"{shown} is {'sound' if seen.sound else 'NOT SOUND'}")
-        echo(
-            f"{seen.records} badges, {seen.revoked} revoked, {seen.entries} entries, authority {seen.fingerprint}"
-            + (f", {seen.erased} erased" if seen.erased else "")
-        )
-        for finding in seen.findings[:SHOWN]:
-            echo(f"  ✗ {finding.text}")
-        if seen.found > SHOWN:
-            echo(f"  and {seen.found - SHOWN} more")
-        if seen.witnessed is not None:
-            signers = ", ".join(f"{name} on {at}" for name, at in seen.witnessed["signers"].items())
-            echo(f"witnesses have seen {seen.witnessed['size']} of {seen.entries} entries: {signers}")
-        echo(f"head: {seen.head or 'none that can be trusted'}")
-    sys.exit(ACCEPT if seen.sound else REJECT)
+    lines = [
+        f"{shown} is {'sound' if seen.sound else 'NOT SOUND'}",
+        f"{seen.records} badges, {seen.revoked} revoked, {seen.entries} entries, authority {seen.fingerprint}"
+        + (f", {seen.erased} erased" if seen.erased else ""),
+        *(f"  ✗ {finding.text}" for finding in seen.findings[:SHOWN]),
+    ]
+    if seen.found > SHOWN:
+        lines.append(f"  and {seen.found - SHOWN} more")
+    if seen.witnessed is not None:
+        signers = ", ".join(f"{name} on {at}" for name, at in seen.witnessed["signers"].items())
+        lines.append(f"witnesses have seen {seen.witnessed['size']} of {seen.entries} entries: {signers}")
+    lines.append(f"head: {seen.head or 'none that can be trusted'}")
+    return lambda: seen.to_json() | {"registry": shown}, lines, ACCEPT if seen.sound else REJECT
 
 
 @registry_command("checkpoint", overwrite_option)
@@ -99,7 +91,7 @@ def registry_audit(
     type=click.Path(path_type=Path),
     help="An earlier checkpoint: --json then also proves that the new one only adds to it.",
 )
-def registry_checkpoint(registry: Registry, path: Path, earlier: Path | None, overwrite: bool, as_json: bool) -> None:
+def registry_checkpoint(registry: Registry, path: Path, earlier: Path | None, overwrite: bool) -> Answer:
     """Write a signed checkpoint of the log for others to keep.
 
     It is the length of the log and one hash of all in it, and holds no names. Give it to others, as often as you can:
@@ -113,16 +105,14 @@ def registry_checkpoint(registry: Registry, path: Path, earlier: Path | None, ov
     from moireid.registry.checkpoints.checkpoint import read_checkpoint
 
     planned([path], overwrite=overwrite, kept=[registry.file, earlier])
-    older = [read_checkpoint(earlier)] if earlier else []
-    made, proofs = registry.checkpoint(older)
+    older = read_checkpoint(earlier) if earlier else None
+    made, proof = registry.checkpoint(older)
     write_text(path, made.note)
-    if as_json:
-        document = {"registry": registry.shown_url, "file": str(path), "fingerprint": made.fingerprint}
-        state = {"size": made.size, "root": made.root.hex(), "date": made.date}
-        steps = [{"size": size, "proof": [step.hex() for step in proof]} for size, proof in proofs]
-        show_json(document | state | {"consistent_with": steps})
-    else:
-        echo(f"{path}: {made.size} entries, signed by {made.fingerprint} on {made.date}")
+    document = {"registry": registry.shown_url, "file": str(path), "fingerprint": made.fingerprint}
+    state = {"size": made.head.seq, "root": made.head.hash, "date": made.date}
+    steps = [{"size": older.head.seq, "proof": [step.hex() for step in proof]}] if older else []
+    line = f"{path}: {made.head.seq} entries, signed by {made.fingerprint} on {made.date}"
+    return lambda: document | state | {"consistent_with": steps}, [line]
 
 
 @registry_command("publish", overwrite_option)
@@ -141,9 +131,7 @@ def registry_checkpoint(registry: Registry, path: Path, earlier: Path | None, ov
     type=click.Path(path_type=Path),
     help="The checkpoint of the log as it is now, with the lines that witnesses added; without it, one is signed now.",
 )
-def registry_publish(
-    registry: Registry, path: Path, days: float, source: Path | None, overwrite: bool, as_json: bool
-) -> None:
+def registry_publish(registry: Registry, path: Path, days: float, source: Path | None, overwrite: bool) -> Answer:
     """Write a trust bundle, for verifying offline.
 
     It is one signed file for any web server. It holds names and the lines below them, such as what each person
@@ -161,9 +149,6 @@ def registry_publish(
         people, expires = registry.publish(
             path, specimen_of, days=days, overwrite=overwrite, progress=progress, checkpoint=kept
         )
-        fingerprint = registry.fingerprint
-    if as_json:
-        document = {"file": str(path), "people": people, "head": registry.head(), "expires": expires}
-        show_json(document | {"fingerprint": fingerprint})
-    else:
-        echo(f"{path}: {people} people, counts until {expires}, signed by {fingerprint}")
+    own = registry.fingerprint
+    document = {"file": str(path), "people": people, "head": registry.head(), "expires": expires, "fingerprint": own}
+    return lambda: document, [f"{path}: {people} people, counts until {expires}, signed by {own}"]

@@ -19,7 +19,7 @@ from moireid.cli.common import (
     say,
     show_json,
 )
-from moireid.cli.registry.records import registry_command, registry_group
+from moireid.cli.registry.records import Answer, registry_command, registry_group
 from moireid.errors import RegistryError
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 @registry_command("export", overwrite_option)
 @click.argument("path", type=click.Path(path_type=Path, dir_okay=False))
-def registry_export(registry: Registry, path: Path, overwrite: bool, as_json: bool) -> None:
+def registry_export(registry: Registry, path: Path, overwrite: bool) -> Answer:
     """Write a checked copy of records, log and public key to a file.
 
     The file is a registry in SQLite's format, which can be asked as any other; without the private key it can only be
@@ -36,10 +36,8 @@ def registry_export(registry: Registry, path: Path, overwrite: bool, as_json: bo
     """
     with progress_bar("exporting") as progress:
         count = registry.export(path, overwrite=overwrite, progress=progress)
-        if as_json:
-            show_json({"registry": registry.shown_url, "badges": count, "file": str(path)})
-        else:
-            echo(f"{count} badges of {registry.shown_url} are in {path}")
+    shown = registry.shown_url
+    return lambda: {"registry": shown, "badges": count, "file": str(path)}, [f"{count} badges of {shown} are in {path}"]
 
 
 @registry_group.command("import")

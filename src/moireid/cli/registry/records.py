@@ -8,8 +8,8 @@ revoke                          a badge counts no more
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
-from dataclasses import asdict
+import sys
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -27,7 +27,11 @@ from moireid.errors import SpecError
 from moireid.provenance import FORGETFUL
 
 if TYPE_CHECKING:
-    from moireid.registry import Registry
+    from moireid.registry import Record, Registry
+
+
+#: What a command prints: the JSON object, made if it is asked for, and the lines for people; and its exit code, if any.
+Answer = tuple[Callable[[], dict[str, Any]], Iterable[str]] | tuple[Callable[[], dict[str, Any]], Iterable[str], int]
 
 
 @click.group("registry")
@@ -39,30 +43,33 @@ def registry_command(
     name: str,
     *options: Callable[[click.Command], click.Command],
     create: bool = False,
-    writes: bool = False,
-) -> Callable[[Callable[..., None]], click.Command]:
-    """Make a command of a function whose first argument is an open registry.
+) -> Callable[[Callable[..., Answer]], click.Command]:
+    """Make a command of a function whose first argument is an open registry, and which returns what is to be printed.
 
-    Parameters: options: those between --registry and --json in the help; create: make the registry if it is absent;
-        writes: the log names who does it.
+    Parameters: options: those between --registry and --json in the help; create: make the registry if it is absent.
     """
 
-    def decorate(function: Callable[..., None]) -> click.Command:
+    def decorate(function: Callable[..., Answer]) -> click.Command:
         @functools.wraps(function)
-        def run(registry_url: str | None, actor: str | None = None, **given: Any) -> None:
+        def run(registry_url: str | None, *, as_json: bool, actor: str | None = None, **given: Any) -> None:
             from moireid.registry import open_registry
 
             with open_registry(registry_url, create=create, actor=actor) as registry:
                 try:
-                    function(registry, **given)
+                    document, lines, *code = function(registry, **given)
+                    if as_json:
+                        show_json(document())
+                    else:
+                        for line in lines:
+                            echo(line)
+                    if code:
+                        sys.exit(code[0])
                 finally:
                     if not registry.remembered:
                         say(f"note: {FORGETFUL}")
 
         command = registry_group.command(name)(friendly(run))
         shared: list[Callable[[click.Command], click.Command]] = [registry_option, *options, json_option]
-        if writes:
-            shared.insert(0, actor_option)
         for add_to in shared:
             add_to(command)
         return command
@@ -71,42 +78,39 @@ def registry_command(
 
 
 @registry_command("init", actor_option, create=True)
-def registry_init(registry: Registry, as_json: bool) -> None:
+def registry_init(registry: Registry) -> Answer:
     """Make an empty registry and its signing key.
 
     A registry that already exists is left as it is.
     """
     count, head, key = registry.count(), registry.head(), registry.key_here
-    if as_json:
-        document = {"registry": registry.shown_url, "badges": count, "fingerprint": registry.fingerprint}
-        document |= {"log_key": registry.log_key}
-        show_json(document | {"head": head, "key": str(key) if key else None})
-        return
-    echo(f"{registry.shown_url} is ready and holds {count} badges")
-    echo(f"the fingerprint of its authority is {registry.fingerprint}: give it to all who check badges")
-    echo(f"witnesses of its log are given the key {registry.log_key}")
-    if key is not None:
-        echo(f"its private key is {key}: keep a copy, and show it to no one")
-    else:
-        echo("its private key is not on this machine, so it can only be read and not changed")
+    document = {"registry": registry.shown_url, "badges": count, "fingerprint": registry.fingerprint}
+    document |= {"log_key": registry.log_key, "head": head, "key": str(key) if key else None}
+    there = f"{key}: keep a copy, and show it to no one"
+    return lambda: document, [
+        f"{registry.shown_url} is ready and holds {count} badges",
+        f"the fingerprint of its authority is {registry.fingerprint}: give it to all who check badges",
+        f"witnesses of its log are given the key {registry.log_key}",
+        f"its private key is {there if key else 'not on this machine, so it can only be read and not changed'}",
+    ]
 
 
 @registry_command("list")
-def registry_list(registry: Registry, as_json: bool) -> None:
+def registry_list(registry: Registry) -> Answer:
     """List all people who hold a badge."""
-    if as_json:
-        show_json({"registry": registry.shown_url, "badges": [record.summary() for record in registry.records()]})
-        return
-    for record in registry.records():
-        barred = record.barred()
-        state = f"  revoked {barred.at}" if barred else ""
+
+    def row(record: Record) -> str:
+        state = f"  revoked {record.revoked_at}" if record.barred() else ""
         line = f", {record.line}" if record.line else ""
-        echo(f"{record.id}  {record.issued_at}  {record.name}{line}{state}")
+        return f"{record.id}  {record.issued_at}  {record.name}{line}{state}"
+
+    records = registry.records()
+    return lambda: {"registry": registry.shown_url, "badges": [one.summary() for one in records]}, map(row, records)
 
 
 @registry_command("show")
 @click.argument("claim", metavar="NAME|ID")
-def registry_show(registry: Registry, claim: str, as_json: bool) -> None:
+def registry_show(registry: Registry, claim: str) -> Answer:
     """Show one person's record.
 
     Give the name exactly as it was entered, or the badge's id.
@@ -114,23 +118,21 @@ def registry_show(registry: Registry, claim: str, as_json: bool) -> None:
     import json
 
     record, fingerprint = registry.find(claim), registry.fingerprint
-    if as_json:
-        document = record.summary() | {"fingerprint": fingerprint, "badge": json.loads(record.badge.to_json())}
-        measured = None if record.as_built is None else json.loads(record.as_built)
-        figures = {"as_built_at": record.as_built_at, "as_built_reason": record.as_built_reason, "as_built": measured}
-        show_json(document | figures | {"as_built_earlier": record.earlier_figures})
-        return
-    echo(f"{record.name} holds badge {record.id} since {record.issued_at}")
+    measured = None if record.as_built is None else json.loads(record.as_built)
+    document = record.summary() | {"fingerprint": fingerprint, "badge": json.loads(record.badge.to_json())}
+    document |= {"as_built_at": record.as_built_at, "as_built_reason": record.as_built_reason, "as_built": measured}
+    document |= {"as_built_earlier": record.earlier_figures}
+    lines = [f"{record.name} holds badge {record.id} since {record.issued_at}"]
     if record.revoked_at is not None:
-        echo(f"revoked on {record.revoked_at}: {record.revoked_reason}")
-    if record.as_built is not None:
+        lines.append(f"revoked on {record.revoked_at}: {record.revoked_reason}")
+    if measured is not None:
         why = f": {record.as_built_reason}" if record.as_built_reason else ""
-        how = ", seen in a live check" if json.loads(record.as_built).get("witnessed") else ""
-        echo(f"measured as built on {record.as_built_at}{how}{why}")
+        how = ", seen in a live check" if measured.get("witnessed") else ""
+        lines.append(f"measured as built on {record.as_built_at}{how}{why}")
     for one in reversed(record.earlier_figures):
         why = f": {one['as_built_reason']}" if one["as_built_reason"] else ""
-        echo(f"earlier figures of {one['as_built_at']}, which count too{why}")
-    echo(f"signed by authority {fingerprint}")
+        lines.append(f"earlier figures of {one['as_built_at']}, which count too{why}")
+    return lambda: document, [*lines, f"signed by authority {fingerprint}"]
 
 
 @registry_group.command("forget")
@@ -172,23 +174,20 @@ def registry_forget(fingerprint: str, as_json: bool) -> None:
     metavar="NUMBER",
     help="How many entries at most, the newest first.",
 )
-def registry_log(registry: Registry, claim: str | None, limit: int, as_json: bool) -> None:
+def registry_log(registry: Registry, claim: str | None, limit: int) -> Answer:
     """Show what was done, when, and by whom.
 
     With NAME or ID, only what was done to that badge. `moireid registry audit` checks whether the log is sound.
     """
-    entries, shown = registry.entries(claim, limit), registry.shown_url
-    if as_json:
-        show_json({"registry": shown, "entries": [asdict(entry) for entry in entries]})
-        return
-    for entry in entries:
-        echo(f"{entry.seq:>6}  {entry.time}  {entry.action:<11}  {entry.subject}  {entry.actor}")
+    entries = registry.entries(claim, limit)
+    lines = map("{seq:>6}  {time}  {action:<11}  {subject}  {actor}".format_map, entries)
+    return lambda: {"registry": registry.shown_url, "entries": entries}, lines
 
 
-@registry_command("erase", writes=True)
+@registry_command("erase", actor_option)
 @click.argument("claim", metavar="NAME|ID")
 @click.option("--yes", "sure", is_flag=True, help="Do it. Without this nothing is erased, as it cannot be taken back.")
-def registry_erase(registry: Registry, claim: str, sure: bool, as_json: bool) -> None:
+def registry_erase(registry: Registry, claim: str, sure: bool) -> Answer:
     """Erase a person's data on their wish, for good.
 
     Name, badge and figures are deleted; the badge is no longer valid, and its identity is never issued again. The log
@@ -201,31 +200,27 @@ def registry_erase(registry: Registry, claim: str, sure: bool, as_json: bool) ->
     if not sure:
         raise SpecError(f"erasing {claim[:80]!r} cannot be taken back, so nothing was done; add --yes if you mean it")
     entry, cleaned = registry.erase(claim)
-    shown = registry.shown_url
-    if as_json:
-        show_json({"registry": shown, "subject": entry.subject, "erased_at": entry.time, "cleaned": cleaned})
-    else:
-        echo(f"the holder of badge {entry.subject} is erased from {shown} since {entry.time}")
     if not cleaned:
         say(
             "note: the database could not be written anew, so parts of it that are not in use may still hold the data; "
             "close what else uses it, make room on the disk, and give the same command again with the id"
         )
+    shown, subject, at = registry.shown_url, entry["subject"], entry["time"]
+    document = {"registry": shown, "subject": subject, "erased_at": at, "cleaned": cleaned}
+    return lambda: document, [f"the holder of badge {subject} is erased from {shown} since {at}"]
 
 
-@registry_command("revoke", writes=True)
+@registry_command("revoke", actor_option)
 @click.argument("claim", metavar="NAME|ID")
 @click.option(
     "--reason", required=True, metavar="TEXT", help="Why, on one line. Everyone who verifies the badge sees it."
 )
-def registry_revoke(registry: Registry, claim: str, reason: str, as_json: bool) -> None:
+def registry_revoke(registry: Registry, claim: str, reason: str) -> Answer:
     """Revoke one person's badge, for good.
 
     Every later verification rejects it, of older films too, as a film's date can be forged. Give the name exactly as it
     was entered, or the badge's id.
     """
     record = registry.revoke(claim, reason)
-    if as_json:
-        show_json(record.summary() | {"registry": registry.shown_url})
-    else:
-        echo(f"badge {record.id} of {record.name} is revoked since {record.revoked_at}")
+    line = f"badge {record.id} of {record.name} is revoked since {record.revoked_at}"
+    return lambda: record.summary() | {"registry": registry.shown_url}, [line]

@@ -169,7 +169,7 @@ def verify_command(
     if key_file is not None and unsealed:
         raise SpecError("--sign reads the film apart from the key, and --unsealed does not; leave one of them out")
     kept = [*wish.files, video, key_file]
-    signing = planned_signing(video, key_file, attest_file, form, overwrite=overwrite, kept=kept)
+    sign = planned_signing(video, key_file, attest_file, form, overwrite=overwrite, kept=kept)
     films = sealed_reader([video], unsealed=unsealed)
     with wish.asked() as (found, look_up), films as reader:
         question = replace(
@@ -182,13 +182,13 @@ def verify_command(
             overlap=overlap,
             published=pipeline == "published",
         )
-        _check_published(question, signed=signing is not None)
+        _check_published(question, signed=sign is not None)
         if report_folder is not None:
             planned(report_paths(report_folder), overwrite=overwrite, kept=kept)
         with progress_bar("reading the film") as progress:
             check = judge(video, question, look_up, reader, progress, pictures=report_folder is not None)
-    if signing is not None:
-        check = replace(check, document=signing.write(check.document, video))
+    if sign is not None:
+        check = replace(check, document=sign(check.document))
     if report_folder is not None:
         page, *_ = check.write(report_folder, overwrite=overwrite)
         say(f"report: {page}")

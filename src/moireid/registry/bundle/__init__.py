@@ -2,6 +2,6 @@
 
 bundle_file.py  the file: a signed header with the content's digest, then the content: people with what bars them,
                 layouts, and the log's hashes
-publish.py      write a registry's bundle
+publish.py      the people of a registry, sealed
 held.py         read a bundle: its checks, and the badge that a claim means
 """

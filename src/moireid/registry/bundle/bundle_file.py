@@ -33,23 +33,6 @@ MOST_BYTES = 1 << 30
 TIME = "%Y-%m-%dT%H:%M:%SZ"
 
 
-class Header(msgspec.Struct, frozen=True):
-    """What the signed note says below its origin, as JSON.
-
-    key: the authority's public key, 64 hex digits; expires: as times in records; sha256: of the content.
-    """
-
-    key: str
-    expires: str
-    sha256: str
-
-    def sealed_file(self, signer: Signer, content: bytes) -> bytes:
-        """The whole file."""
-        name = ORIGIN + signer.authority.fingerprint
-        note = signed_note(f"{name}\n{msgspec.json.encode(self).decode()}\n", name, signer).encode()
-        return b"moireid bundle %d %06d\n" % (VERSION, len(note)) + note + content
-
-
 class BundlePerson(msgspec.Struct, frozen=True, array_like=True):
     """A person of a bundle.
 
@@ -90,8 +73,16 @@ class BundleContent(msgspec.Struct, frozen=True):
         return [leaf_hash(self.entries[place : place + 32]) for place in range(0, len(self.entries), 32)]
 
 
-def read_bundle_file(path: Path) -> tuple[Header, Authority, BundleContent]:
-    """The header, its authority and the content of a bundle, every byte checked against the signature.
+def sealed_file(signer: Signer, expires: str, content: bytes) -> bytes:
+    """The whole file of a bundle; expires: until when it counts, as times in records."""
+    name = ORIGIN + signer.authority.fingerprint
+    header = {"key": signer.authority.public_hex, "expires": expires, "sha256": sha256_hex(content)}
+    note = signed_note(f"{name}\n{msgspec.json.encode(header).decode()}\n", name, signer).encode()
+    return b"moireid bundle %d %06d\n" % (VERSION, len(note)) + note + content
+
+
+def read_bundle_file(path: Path) -> tuple[str, Authority, BundleContent]:
+    """Until when a bundle counts, its authority, and its content, every byte checked against the signature.
 
     Raises: RegistryError if the file cannot be read, is none, or was changed.
     """
@@ -110,9 +101,9 @@ def read_bundle_file(path: Path) -> tuple[Header, Authority, BundleContent]:
     try:
         header, authority = _header(whole[first.end() : begin].decode())
         content = memoryview(whole)[begin:]
-        if sha256_hex(content) != header.sha256:
+        if sha256_hex(content) != header["sha256"]:
             raise ValueError("its content is another than was signed")
-        return header, authority, msgspec.json.decode(content, type=BundleContent)
+        return header["expires"], authority, msgspec.json.decode(content, type=BundleContent)
     except (ValueError, RecursionError) as error:
         raise RegistryError(
             f"bundle {path} is cut, changed or damaged ({error}); fetch it again, and ask its publisher if that fails"
@@ -124,24 +115,26 @@ def now() -> datetime:
     return datetime.now(UTC)
 
 
-def check_expiry(header: Header, path: Path) -> None:
+def check_expiry(expires: str, path: Path) -> None:
     """Raise RegistryError unless the bundle still counts."""
-    if now() >= datetime.strptime(header.expires, TIME).replace(tzinfo=UTC):
+    if now() >= datetime.strptime(expires, TIME).replace(tzinfo=UTC):
         raise RegistryError(
-            f"bundle {path} expired on {header.expires}, so it may lack revocations; fetch a newer one from where it "
+            f"bundle {path} expired on {expires}, so it may lack revocations; fetch a newer one from where it "
             "is published",
             code="expired",
-            expires=header.expires,
+            expires=expires,
         )
 
 
-def _header(note: str) -> tuple[Header, Authority]:
+def _header(note: str) -> tuple[dict[str, str], Authority]:
     """Header and authority of a note that bears that authority's signature.  Raises: ValueError if it does not."""
     origin, line = parted(note)[0][:-1].split("\n")
-    header = msgspec.json.decode(line, type=Header)
-    authority = Authority(header.key)
+    header = msgspec.json.decode(line, type=dict[str, str])
+    if not header.keys() >= {"key", "expires", "sha256"}:
+        raise ValueError("its header is not whole")
+    authority = Authority(header["key"])
     if origin != ORIGIN + authority.fingerprint:
         raise ValueError("its key is not that of its origin")
     opened(note, origin, authority)
-    datetime.strptime(header.expires, TIME)
+    datetime.strptime(header["expires"], TIME)
     return header, authority

@@ -14,7 +14,6 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from os import cpu_count
 from pathlib import Path
-from types import TracebackType
 
 from moireid.asbuilt import DatedFigures, as_built_from_json
 from moireid.badge import Badge, badge_from_json
@@ -25,10 +24,10 @@ from moireid.registry.bundle.bundle_file import BundlePerson, check_expiry, read
 from moireid.registry.checkpoints.checkpoint import checkpoint_from
 from moireid.registry.checkpoints.cosignature import signers
 from moireid.registry.checkpoints.note import VerifierKey
+from moireid.registry.log import Head
 from moireid.registry.look_alikes import folded_skeleton, skeleton
 from moireid.registry.merkle import Tree
-from moireid.registry.rollback import LogState, standing_of
-from moireid.registry.seen import recall
+from moireid.registry.rollback import Watch
 
 #: At most this many people whose names look alike are named.
 MOST_ALIKE = 3
@@ -61,35 +60,32 @@ class Bundle:
 
     def __init__(self, path: Path | str, trust: str | None = None) -> None:
         self.path = Path(path)
-        header, self.authority, self._content = read_bundle_file(self.path)
+        expires, self.authority, self._content = read_bundle_file(self.path)
         source = f"of bundle {path}"
         self._checkpoint = checkpoint_from(self._content.checkpoint, f"the text {source}")
         self._checkpoint.check(self.authority, source)
         #: Of ids that were tried on every seal.
         self._holders: dict[str, BundlePerson | None] = {}
         leaves = self._content.leaves
-        if (len(leaves), Tree(leaves).root()) != (self._checkpoint.size, self._checkpoint.root):
+        if Head.over(Tree(leaves)) != self._checkpoint.head:
             raise RegistryError(
                 f"bundle {path} holds a checkpoint of another log than its own, so its witnesses say nothing of it; "
                 "fetch a newer one",
                 code="forked",
             )
-        check_expiry(header, self.path)
-        log = LogState(
-            f"bundle {path}",
-            f"bundle:{self.path.absolute()}",
+        check_expiry(expires, self.path)
+        self.standing = Watch(f"bundle {path}", f"bundle:{self.path.absolute()}").standing(
             self.authority.fingerprint,
             self._checkpoint.head,
-            lambda seen: Tree(leaves[: seen.seq]).root().hex() == seen.hash,
+            lambda seen: Head.over(Tree(leaves[: seen.seq])) == seen,
+            trust,
+            expires,
         )
-        self.standing = standing_of(log, recall(log.place), trust, header.expires)
 
     def __enter__(self) -> Bundle:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         del self._content
 
     def claimed(self, claim: str) -> Question:

@@ -1,4 +1,4 @@
-"""Write a registry's bundle: a snapshot of it, with each record checked and each identity sealed."""
+"""The people of a registry as its bundle holds them: each record checked, and each identity sealed."""
 
 from __future__ import annotations
 
@@ -6,90 +6,36 @@ import os
 import secrets
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from datetime import timedelta
-from pathlib import Path
 
 import msgspec
 from sqlalchemy import Connection
 
 from moireid.badge import Badge
-from moireid.errors import RegistryError
-from moireid.files import planned, whole_file
 from moireid.provenance import Seal
-from moireid.registry.bundle.bundle_file import (
-    TIME,
-    BundleContent,
-    BundlePerson,
-    Header,
-    now,
-    read_bundle_file,
-)
-from moireid.registry.canonical import canonical_json, sha256_hex
-from moireid.registry.checkpoints.checkpoint import Checkpoint, sign_checkpoint
-from moireid.registry.engine import sqlite_file
+from moireid.registry.bundle.bundle_file import BundlePerson
+from moireid.registry.canonical import canonical_json
+from moireid.registry.engine import chunks
 from moireid.registry.ledger import Ledger
 from moireid.registry.look_alikes import folded_skeleton, skeleton
-from moireid.registry.record import Fault, Record
+from moireid.registry.record import Fault, Record, record_of
 from moireid.registry.schema import badges, pages, select_records
 
 Progress = Callable[[int, int | None], None]
 SALT_BYTES = 16
-#: Seals are made so many at a time, each on one of the processors.
-CHUNK = 2000
 
 
-def publish(
-    ledger: Ledger,
-    path: Path,
-    specimen: Callable[[Badge], Badge],
-    *,
-    days: float,
-    overwrite: bool,
-    progress: Progress | None,
-    checkpoint: Checkpoint | None,
-) -> tuple[int, str]:
-    """What `Registry.publish` does."""
-    planned([path], overwrite=overwrite, kept=[sqlite_file(ledger.url)])
-    signer = ledger.signer()
-    with ledger.snapshot() as connection:
-        tree = ledger.tree_in(connection)
-        entries, versions, head = [], dict[str, str](), tree.head
-        for entry in tree.entries():
-            entries.append(bytes.fromhex(entry["hash"]))
-            versions[entry["subject"]] = entry["record_sha256"]
-        if checkpoint is None:
-            checkpoint = sign_checkpoint(tree, signer)
-        else:
-            checkpoint.check(ledger.authority, f"of {checkpoint.date}")
-            if checkpoint.head != head:
-                raise RegistryError(
-                    f"the checkpoint of {checkpoint.date} is of {checkpoint.size} log entries, and {ledger.called} has "
-                    f"another log, of {head.seq}; have a checkpoint of today's log cosigned, and publish before it "
-                    "grows"
-                )
-        records, layouts = _records(ledger, connection, specimen, versions)
-    people = _people(records, progress)
-    content = msgspec.json.encode(BundleContent(checkpoint.note, b"".join(entries), layouts, people))
-    expires = (now() + timedelta(days=days)).strftime(TIME)
-    header = Header(signer.authority.public_hex, expires, sha256_hex(content))
-    with whole_file(path) as temporary:
-        temporary.write_bytes(header.sealed_file(signer, content))
-        read_bundle_file(temporary)
-    return len(people), expires
-
-
-def _records(
-    ledger: Ledger, connection: Connection, specimen: Callable[[Badge], Badge], versions: Mapping[str, str]
+def unsealed_people(
+    connection: Connection, ledger: Ledger, specimen: Callable[[Badge], Badge], versions: Mapping[str, str]
 ) -> tuple[list[tuple[str, BundlePerson]], list[str]]:
     """Identity and person of each record, not sealed yet, and the specimen of each layout as JSON.
 
-    Raises: Fault for a record that is not of its newest version; versions: as `LogTree.versions`.
+    Raises: Fault for a record that is not of its newest version; versions: of each id the newest digest in the log.
     """
     numbers: dict[str, int] = {}
     layouts: list[str] = []
     found = []
     for row in pages(connection, select_records(), badges.c.id):
-        record = ledger.record(row)
+        record = record_of(row, ledger.authority)
         if versions.get(record.id) != record.digest():
             raise Fault("record_stale", f"the record of id {record.id} is not the version that the log has last")
         if record.layout_key not in numbers:
@@ -120,12 +66,12 @@ def _sealed(pair: tuple[str, BundlePerson]) -> BundlePerson:
     return msgspec.structs.replace(person, seal=Seal.of(badge_id, secrets.token_bytes(SALT_BYTES)))
 
 
-def _people(records: Sequence[tuple[str, BundlePerson]], progress: Progress | None) -> list[BundlePerson]:
+def sealed_people(records: Sequence[tuple[str, BundlePerson]], progress: Progress | None) -> list[BundlePerson]:
     """The people with their sealed identities."""
     people: list[BundlePerson] = []
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        for begin in range(0, len(records), CHUNK):
-            people += pool.map(_sealed, records[begin : begin + CHUNK])
+        for some in chunks(records):
+            people += pool.map(_sealed, some)
             if progress:
                 progress(len(people), len(records))
     return people

@@ -22,7 +22,6 @@ from moireid.registry.canonical import utc_now
 from moireid.registry.checkpoints.note import opened, parted, signed_note
 from moireid.registry.keys import FINGERPRINT_DIGITS, Authority, Signer
 from moireid.registry.log import Head
-from moireid.registry.log_tree import LogTree
 
 ORIGIN = "moireid/registry/"
 #: Longest file of a checkpoint, bytes: it has 250, more with the lines of witnesses.
@@ -37,10 +36,8 @@ class Checkpoint:
     ----------
     fingerprint : str
         Of the authority that signed it, 32 hex digits.
-    size : int
-        Entries of the log.
-    root : bytes
-        Root of the Merkle tree over them, 32 bytes.
+    head : Head
+        Entries of the log, and the root of the Merkle tree over them.
     date : str
         When it was signed; UTC, ISO 8601 to the second.
     note : str
@@ -48,15 +45,9 @@ class Checkpoint:
     """
 
     fingerprint: str
-    size: int
-    root: bytes
+    head: Head
     date: str
     note: str
-
-    @property
-    def head(self) -> Head:
-        """Size and root, as the log's head states them."""
-        return Head(self.size, self.root.hex())
 
     def check(self, authority: Authority, source: str) -> None:
         """Check the signature.
@@ -100,7 +91,7 @@ def checkpoint_from(note: str, source: str) -> Checkpoint:
         raise RegistryError(
             f"{source} is no checkpoint ({error}); give a file that `moireid registry checkpoint` wrote"
         ) from error
-    return Checkpoint(fingerprint, int(size), content, dates[0], note)
+    return Checkpoint(fingerprint, Head(int(size), content.hex()), dates[0], note)
 
 
 def read_checkpoint(path: Path) -> Checkpoint:
@@ -128,8 +119,8 @@ def read_checkpoint(path: Path) -> Checkpoint:
     return checkpoint_from(text, str(path))
 
 
-def sign_checkpoint(tree: LogTree, signer: Signer) -> Checkpoint:
-    """The checkpoint of a log."""
-    fingerprint, date = signer.authority.fingerprint, utc_now()
-    text = f"{ORIGIN}{fingerprint}\n{tree.size}\n{base64.b64encode(tree.root).decode()}\ndate {date}\n"
-    return Checkpoint(fingerprint, tree.size, tree.root, date, signed_note(text, ORIGIN + fingerprint, signer))
+def sign_checkpoint(head: Head, signer: Signer) -> Checkpoint:
+    """The checkpoint of a log that ends so."""
+    fingerprint, date, root = signer.authority.fingerprint, utc_now(), base64.b64encode(bytes.fromhex(head.hash))
+    text = f"{ORIGIN}{fingerprint}\n{head.seq}\n{root.decode()}\ndate {date}\n"
+    return Checkpoint(fingerprint, head, date, signed_note(text, ORIGIN + fingerprint, signer))

@@ -31,11 +31,6 @@ DAYS = 7
 MOST_BYTES = 65536
 
 
-def cosigned_message(text: str, at: int) -> bytes:
-    """What a witness signs of a checkpoint's text at that time, seconds since 1970."""
-    return f"cosignature/v1\ntime {at}\n{text}".encode()
-
-
 def cosigned_at(note: str, witness: VerifierKey) -> int | None:
     """When a witness signed a checkpoint, seconds since 1970; None if it did not.
 
@@ -51,7 +46,8 @@ def _time_of(text: str, signature: bytes, witness: VerifierKey) -> int:
     try:
         if len(signature) != 72 or at >= 1 << 63:
             raise ValueError
-        Ed25519PublicKey.from_public_bytes(witness.public).verify(signature[8:], cosigned_message(text, at))
+        signed = f"cosignature/v1\ntime {at}\n{text}".encode()
+        Ed25519PublicKey.from_public_bytes(witness.public).verify(signature[8:], signed)
     except (InvalidSignature, ValueError) as error:
         raise ValueError(f"the signature of witness {witness.name} does not fit it") from error
     return at

@@ -43,7 +43,9 @@ class VerifierKey:
         digits, _, packed = rest.partition("+")
         try:
             content = base64.b64decode(packed, validate=True)
-            found = cls(checked_name(name), content[:1], content[1:])
+            if not name or not name.isprintable() or "+" in name or any(map(str.isspace, name)):
+                raise ValueError("its name is empty, or holds a blank, a plus or a control character")
+            found = cls(name, content[:1], content[1:])
             if found.kind not in (ED25519, COSIGNATURE) or found.id.hex() != digits:
                 raise ValueError("its type or its id is another")
             Ed25519PublicKey.from_public_bytes(found.public)
@@ -65,13 +67,6 @@ class VerifierKey:
     def line(self, signature: bytes) -> str:
         """The line of a signature, with its newline."""
         return f"{DASH}{self.name} {base64.b64encode(self.id + signature).decode()}\n"
-
-
-def checked_name(name: str) -> str:
-    """A name under which a key signs.  Raises: ValueError if it is empty or holds a blank, plus or control sign."""
-    if not name or not name.isprintable() or "+" in name or any(map(str.isspace, name)):
-        raise ValueError("its name is empty, or holds a blank, a plus or a control character")
-    return name
 
 
 def authority_key(name: str, authority: Authority) -> VerifierKey:
