@@ -146,7 +146,7 @@ def _broken(chapter: Chapter, times: Array, interval_s: tuple[float, float]) -> 
     if judged.broken_but_for_noise:
         failing += [one for one in judged.reasons if one.code in ("parts", "residual") and one.level == "undecided"]
     if failing:
-        why = failing[0]
+        why = failing[0]  # type: Reason | None
         text = f"While the badge is before the face, its fringes do not follow the optics: {why.text}"
         return Reason("overlap_law", why.level, why.measured, why.limit, why.unit, text)
     why = judged.gain_apart_from(chapter.invariant)
