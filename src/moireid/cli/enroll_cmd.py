@@ -149,7 +149,7 @@ def _measured(
         measure_captures, films=captures, badge=badge, camera=camera, measured_scale=measured_scale, track=track
     )
     with sealed_reader(captures, unsealed=unsealed) as reader, progress_bar("reading the captures") as progress:
-        return checked_figures(reader.read(order, progress).get("result"), badge)
+        return checked_figures(reader.read(order, progress).result, badge)
 
 
 def _show_compared(registry: Registry, badge: Badge, found: AsBuilt, reason: str | None) -> CaptureComparison:

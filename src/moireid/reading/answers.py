@@ -6,7 +6,6 @@ An honest answer always passes.  One that does not ends the check, and nothing o
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from functools import cache
 from typing import Annotated, Any, TypeVar
 
@@ -21,8 +20,6 @@ from moireid.verifier.report.report_page import Pictures
 Model = TypeVar("Model")
 #: Frames read, and the number expected.
 Count = Annotated[int, Meta(ge=0, le=1_000_000_000)]
-#: The identity that a film seems to show.
-Hex = Annotated[str, Meta(pattern=r"^[0-9a-f]{1,32}\Z")]
 #: What identification adds to a report, or answers without one; `reasons` as in a report.
 IDENTIFIED = {
     "type": "object",
@@ -31,6 +28,8 @@ IDENTIFIED = {
         "finding": {"enum": ["found", "nobody", "inconclusive"]},
         "found_id": {"type": ["string", "null"], "pattern": "^[0-9a-f]{1,32}$"},
     },
+    "if": {"properties": {"finding": {"const": "found"}}},
+    "then": {"properties": {"found_id": {"type": "string"}}},
 }
 
 
@@ -39,17 +38,6 @@ class FilmAnswer(msgspec.Struct, forbid_unknown_fields=True):
 
     result: dict[str, Any]
     pictures: Pictures = Pictures()
-
-
-class RegistryQuestion(msgspec.Struct, forbid_unknown_fields=True):
-    """What identification asks: whether an id is enrolled."""
-
-    holds: Hex
-
-
-def answer_to(question: object, enrolled: Callable[[str], bool], film: object) -> bool:
-    """The answer to a question of the process that reads a film.  Raises: MediaError if it is none."""
-    return enrolled(checked(question, RegistryQuestion, film).holds)
 
 
 class MalformedAnswer(MediaError):

@@ -20,8 +20,8 @@ from typing import Any
 
 from moireid import errors
 from moireid.errors import MediaError, MoireIdError
-from moireid.reading.answers import Count, checked, malformed
-from moireid.reading.film_orders import Order
+from moireid.reading.answers import Count, FilmAnswer, checked, malformed
+from moireid.reading.film_orders import Order, Progress
 from moireid.sandbox.file_access import Reach, reach
 from moireid.sandbox.process import Child, ForkServer, ProcessEnd, start
 from moireid.sandbox.seal import ProcessLimits
@@ -76,30 +76,26 @@ class Reader:
         """The parts of the seal that hold, as in `sandbox.seal.MEANS`; reported before the process had its order."""
         return (self._child.sealed or ()) if self._child is not None else ()
 
-    def read(
-        self, order: Order, progress: Callable[[int, int | None], None], answer: Answer | None = None
-    ) -> dict[str, Any]:
-        """What an order finds; answer: to the questions of the process.  Raises: MoireIdError."""
+    def read(self, order: Order, progress: Progress) -> FilmAnswer:
+        """What an order finds.  Raises: MoireIdError as it does; MediaError where the process fails or lies."""
         found: dict[str, Any] = {}
-        if self._child is None:
-            order(found.update, answer or (lambda question: None), progress)
-            return found
         film = named(self._films)
 
-        def handle(message: dict[str, Any]) -> Any:
+        def handle(message: dict[str, Any]) -> None:
             if "progress" in message:
                 progress(*checked(message["progress"], tuple[Count, Count | None], film))
-            if "ask" in message and answer is not None:
-                return answer(message["ask"])
             for key in message.keys() & ANSWERS:
                 if not isinstance(message[key], dict):
                     raise malformed(film, f"no {key}")
                 # What was answered counts once, so that no process fills this one's memory.
                 found.setdefault(key, message[key])
-            return None
 
-        converse(self._child, order, handle, self._films, self._seconds)
-        return found
+        if self._child is None:
+            for part in order(progress):
+                handle(part)
+        else:
+            converse(self._child, order, handle, self._films, self._seconds)
+        return checked(found, FilmAnswer, film)
 
 
 def converse(child: Child, order: object, handle: Answer, films: Sequence[Path], seconds: float) -> None:

@@ -52,11 +52,6 @@ class Talk:
         text = json.dumps(answer, allow_nan=False, ensure_ascii=False)
         self._pipe.send_bytes(text.encode(errors="replace"))
 
-    def ask(self, question: dict[str, Any]) -> Any:
-        """The parent's answer to a question; None without a parent."""
-        self.send({"ask": question})
-        return self.next()
-
     def progress(self, done: int, of: int | None) -> None:
         """Report progress, but not more often than each `PROGRESS_S`."""
         if time.monotonic() - self._reported_s >= PROGRESS_S:

@@ -80,10 +80,9 @@ def judge_there(remote: RemoteTask) -> tuple[str, str] | None:
     return None
 
 
-def _hand_on(remote: RemoteTask, message: dict[str, Any]) -> object:
-    """Give a message to the studio; returns its answer.  Raises: JobFailure where the job is no more."""
-    with _ask(remote, "message", json.dumps(message).encode()) as answer:
-        return json.load(answer)
+def _hand_on(remote: RemoteTask, message: dict[str, Any]) -> None:
+    """Give a message to the studio.  Raises: JobFailure where the job is no more."""
+    _ask(remote, "message", json.dumps(message).encode()).close()
 
 
 def _ask(remote: RemoteTask, what: str, content: bytes | None = None) -> Any:
