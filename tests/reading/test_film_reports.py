@@ -105,7 +105,7 @@ def judge_as(monkeypatch: pytest.MonkeyPatch, reader: TakenOver) -> Callable[...
     """The command, with a reader that answers what the attacker likes."""
 
     @contextmanager
-    def instead(films, *, unsealed=False, folder=None):
+    def instead(films, *, unsealed=False):
         yield reader
 
     monkeypatch.setattr(film_reader, "film_reader", instead)

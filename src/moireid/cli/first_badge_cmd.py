@@ -87,10 +87,9 @@ def first_badge_command(
     """
     from moireid.bringup.bring_up import advance
     from moireid.bringup.build_folder import open_folder
-    from moireid.bringup.sealed_steps import do_sealed
 
-    do = partial(do_sealed, readers=partial(sealed_reader, unsealed=unsealed))
-    made = advance(open_folder(folder, _read(wished)), watch=progress_bar, do=do)
+    readers = partial(sealed_reader, unsealed=unsealed)
+    made = advance(open_folder(folder, _read(wished)), watch=progress_bar, readers=readers)
     _show(made, as_json=as_json)
     _keep_printer(made.folder, overwrite=overwrite)
     if made.refused is not None:
@@ -129,7 +128,7 @@ def _read(wished: dict[str, Any]) -> dict[str, Any]:
 def _show(made: Advance, *, as_json: bool) -> None:
     """Print the figures and the next step."""
     figures = made.folder.figures()
-    notes = [note for name in made.did for note in made.folder.state.readings[name].notes]
+    notes = [note for name in made.did for note in made.folder.readings[name].notes]
     if as_json:
         import msgspec
 

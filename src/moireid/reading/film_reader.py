@@ -13,7 +13,7 @@ import os
 import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -37,8 +37,6 @@ PROCESSOR_BYTES = 16 << 20
 #: no more frames are drawn, as chapters are not longer.  A report has 0.15 kB for each 4 s of film, 3.3 MB for a day.
 #: As Python objects an answer takes up to thirty times as much.
 ANSWER_BYTES = 8 << 20
-#: Largest file that a process with a folder may write there: as-built figures or a profile.
-WRITTEN_BYTES = 64 << 20
 #: What a process may answer, each a JSON object: other values would take up to thirty times their size in memory.
 ANSWERS = {"result", "pictures"}
 #: Time for a film of no size, and for each megabyte of it, s; a film of 100 kbit/s takes 10 s a megabyte.
@@ -48,6 +46,8 @@ SILENCE_S = 60.0
 #: Open files of the process: libraries, the film, and what a decoder opens of its own.
 OPEN_FILES = 256
 Answer = Callable[[dict[str, Any]], Any]
+#: Gives what reads films, as `film_reader` does.
+Readers = Callable[[Sequence[Path]], AbstractContextManager["Reader"]]
 
 
 def limits_of(films: Sequence[Path], *, written_bytes: int = 0) -> tuple[ProcessLimits, float]:
@@ -135,16 +135,13 @@ def fault_of(ended: ProcessEnd, film: str) -> MoireIdError:
 
 
 @contextmanager
-def film_reader(films: Sequence[Path], *, unsealed: bool = False, folder: Path | None = None) -> Iterator[Reader]:
-    """What reads these films, until the block ends.
-
-    Parameters: unsealed: in this process; folder: in which it may write files, each of `WRITTEN_BYTES` at most.
-    """
+def film_reader(films: Sequence[Path], *, unsealed: bool = False) -> Iterator[Reader]:
+    """What reads these films, until the block ends; unsealed: in this process."""
     if unsealed or os.name == "nt":
         yield Reader()
         return
-    limits, seconds = limits_of(films, written_bytes=0 if folder is None else WRITTEN_BYTES)
-    child = _process(limits, reach(read=films, write=() if folder is None else [folder]))
+    limits, seconds = limits_of(films)
+    child = _process(limits, reach(read=films))
     try:
         yield Reader(child, films, seconds)
     finally:
