@@ -49,8 +49,16 @@ def read_charts(folder: BuildFolder, progress: Progress, readers: Readers) -> Re
         profile = msgspec.structs.replace(profile, lens=lens, found=profile.found | {"thickness_from": "a calliper"})
     save_profile(profile, folder.at(SHEET))
     save_profile(printer_profile(chart, found.ink, scales), folder.at(PRINTER))
-    thickness = _thickness(wish.thickness_mm, profile.lens.thickness_mm)
-    return Reading(figures=[_pitch(found), thickness, _ink(found), _scale(scales)])
+    pitch, *others = sheet_figures(found, scales)
+    return Reading(figures=[pitch, _thickness(wish.thickness_mm, profile.lens.thickness_mm), *others])
+
+
+def sheet_figures(found: SheetReading, scales: tuple[float, float] | None) -> list[Figure]:
+    """What a photograph of the pitch test shows: the sheet's pitch, the ink's spread, and the scale of the print.
+
+    Parameters: scales: measured over stated length of the scale bars, None if not measured.
+    """
+    return [_pitch(found), _ink(found), _scale(scales)]
 
 
 def _pitch(found: SheetReading) -> Figure:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import textwrap
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -26,7 +27,7 @@ from moireid.cli.sealed_reader import sealed_reader, unsealed_option
 
 if TYPE_CHECKING:
     from moireid.bringup.bring_up import Advance
-    from moireid.bringup.build_folder import BuildFolder
+    from moireid.bringup.build_folder import BuildFolder, Figure
 
 
 @click.command("first-badge")
@@ -125,6 +126,14 @@ def _read(wished: dict[str, Any]) -> dict[str, Any]:
     }
 
 
+def show_figures(figures: Sequence[Figure]) -> None:
+    """Print figures with their error bars, and what to do about those that are not good."""
+    for figure in figures:
+        echo(f" {'!' if figure.advice else ' '} {figure.name:<20} {figure.shown}")
+        if figure.advice:
+            echo_lines(click.wrap_text(f"{figure.words} {figure.advice}", 100, "     ", "     "))
+
+
 def _show(made: Advance, *, as_json: bool) -> None:
     """Print the figures and the next step."""
     figures = made.folder.figures()
@@ -150,10 +159,7 @@ def _show(made: Advance, *, as_json: bool) -> None:
         return
     for note in notes:
         say(f"note: {note}")
-    for figure in figures:
-        echo(f" {'!' if figure.advice else ' '} {figure.name:<20} {figure.shown}")
-        if figure.advice:
-            echo_lines(click.wrap_text(f"{figure.words} {figure.advice}", 100, "     ", "     "))
+    show_figures(figures)
     if figures:
         echo("")
     if made.refused is not None:

@@ -55,25 +55,15 @@ def decoded(data: bytes, source: str = "the list") -> str:
     for begin, what in WORKBOOKS.items():
         if data.startswith(begin):
             raise unreadable(source, f"it is {what}, no text; {SAVE_AS}")
-    if data.startswith((codecs.BOM_UTF32_LE, codecs.BOM_UTF32_BE)):
-        return data.decode("utf-32", errors="replace")
-    if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)) or b"\0" in data[:200]:
-        return _utf16(data, source)
+    # Spreadsheets call it "Unicode text".
+    utf16 = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
     try:
-        return data.decode("utf-8-sig")
+        return data.decode("utf-16" if utf16 else "utf-8-sig")
     except UnicodeDecodeError as error:
         row = data[: error.start].count(b"\n") + 1
-        raise unreadable(source, f"row {row} is not UTF-8, as of a plain CSV of Excel; {SAVE_AS}") from error
-
-
-def _utf16(data: bytes, source: str) -> str:
-    """UTF-16 text, which spreadsheets call "Unicode text"; without a byte order mark, the zero bytes show the order."""
-    marked = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
-    encoding = "utf-16" if marked else "utf-16-be" if data[:200:2].count(0) > data[1:200:2].count(0) else "utf-16-le"
-    try:
-        return data.decode(encoding)
-    except UnicodeDecodeError as error:
-        raise unreadable(source, f"it begins as UTF-16 and is cut or damaged; {SAVE_AS}") from error
+        why = f"row {row} is not UTF-8, as of a plain CSV of Excel"
+        why = "it begins as UTF-16 and is cut or damaged" if utf16 else why
+        raise unreadable(source, f"{why}; {SAVE_AS}") from error
 
 
 def _rows(text: str, source: str, needed: str) -> tuple[list[list[str]], str]:

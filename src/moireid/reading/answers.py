@@ -20,7 +20,7 @@ from moireid.verifier.report.report_page import Pictures
 Model = TypeVar("Model")
 #: Frames read, and the number expected.
 Count = Annotated[int, Meta(ge=0, le=1_000_000_000)]
-#: What identification adds to a report, or answers without one; `reasons` as in a report.
+#: What identification adds to a report, or answers without one; its reasons are as in a report.
 IDENTIFIED = {
     "type": "object",
     "required": ["finding", "found_id", "reasons"],
@@ -73,8 +73,8 @@ def checked_identification(found: dict[str, Any], film: object) -> None:
     """Raise MediaError where what `identify` found breaks a rule of its schema, or of a report's if it has one."""
     found.pop("live_checks", None)
     _check(found, "identified", film)
-    # Without a report there are reasons alone.
-    _check(found, "identification" if "verdict" in found else "reasons", film)
+    if "verdict" in found:
+        _check(found, "identification", film)
 
 
 def _check(document: dict[str, Any], name: str, film: object) -> None:
@@ -88,8 +88,8 @@ def _check(document: dict[str, Any], name: str, film: object) -> None:
 @cache
 def _schemas() -> dict[str, str]:
     report = json.loads(report_schema())
-    reasons = {"properties": {"reasons": report["properties"]["reasons"]}, "$defs": report["$defs"]}
+    of_report = {"allOf": [{"properties": {"reasons": report["properties"]["reasons"]}}], "$defs": report["$defs"]}
     # Here the reasons are of the finding, and not of the report's verdict.
     identification = {name: rule for name, rule in report.items() if name not in ("if", "then")}
-    made = {"reasons": reasons, "identified": IDENTIFIED, "identification": identification}
-    return {"report": report_schema()} | {name: json.dumps(schema) for name, schema in made.items()}
+    made = {"report": report, "identified": IDENTIFIED | of_report, "identification": identification}
+    return {name: json.dumps(schema) for name, schema in made.items()}

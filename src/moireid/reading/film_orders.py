@@ -16,7 +16,7 @@ import msgspec
 
 from moireid.badge import Badge
 from moireid.extras import missing_extra
-from moireid.question import KnownCamera, Question
+from moireid.question import Question
 
 #: Called with frames read, and the number expected.
 Progress = Callable[[int, int | None], None]
@@ -49,31 +49,15 @@ def published_method() -> Any:
     raise missing_extra("the published method", "moireid-lab", "", "moireid-lab")
 
 
-def identify_film(
-    progress: Progress,
-    *,
-    film: Path,
-    layouts: Sequence[Badge],
-    camera: KnownCamera | None = None,
-    track: int | None = None,
-) -> Parts:
-    """Whose badge a film shows if it is enrolled, as `verifier.identify` finds it."""
+def identify_film(progress: Progress, *, film: Path, layouts: Sequence[Badge], **known: Any) -> Parts:
+    """Whose badge a film shows if it is enrolled, as `verifier.identify` finds it; known: as there."""
     from moireid.verifier.session.identify import identify
 
-    yield {"result": identify(film, layouts, camera=camera, track=track, progress=progress).to_json()}
+    yield {"result": identify(film, layouts, progress=progress, **known).to_json()}
 
 
-def measure_captures(
-    progress: Progress,
-    *,
-    films: Sequence[Path],
-    badge: Badge,
-    camera: KnownCamera | None = None,
-    measured_scale: float | None = None,
-    track: int | None = None,
-) -> Parts:
-    """The as-built figures that films of a badge show, as `capture_as_built` measures them."""
+def measure_captures(progress: Progress, *, films: Sequence[Path], badge: Badge, **known: Any) -> Parts:
+    """The as-built figures that films of a badge show, as `capture_as_built` measures them; known: as there."""
     from moireid.verifier.session.capture import capture_as_built
 
-    found = capture_as_built(films, badge, camera=camera, measured_scale=measured_scale, track=track, progress=progress)
-    yield {"result": json.loads(found.to_json())}
+    yield {"result": json.loads(capture_as_built(films, badge, progress=progress, **known).to_json())}

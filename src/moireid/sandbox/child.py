@@ -23,6 +23,7 @@ import time
 from collections.abc import Callable
 from importlib import import_module
 from multiprocessing.connection import Connection
+from pkgutil import resolve_name
 from typing import Any
 
 from moireid.errors import MoireIdError
@@ -129,8 +130,7 @@ def _loaded(work: str) -> Callable[[Talk], None]:
     *before, last = work.split(",")
     for module in before:
         import_module(module)
-    module, _, name = last.partition(":")
-    found: Callable[[Talk], None] = getattr(import_module(module), name)
+    found: Callable[[Talk], None] = resolve_name(last)
     return found
 
 

@@ -92,8 +92,7 @@ def test_it_cannot_have_itself_done_again(run: Callable[..., tuple[Job, Jobs]]) 
 
 def judged_as(kind: str, result: Any, **wish: Any) -> dict[str, Any]:
     """What the studio makes of a result."""
-    said = workers.WorkerMessages(Job("0" * 32, kind, "somebody", Path("jobs"), wish=wish), PreparedJob())
-    return workers.checked_result(said, result)
+    return workers.checked_result(Job("0" * 32, kind, "somebody", Path("jobs"), wish=wish), result)
 
 
 @pytest.mark.slow

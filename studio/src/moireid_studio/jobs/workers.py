@@ -64,7 +64,6 @@ class WorkerMessages:
     """What a job's process has said so far, checked."""
 
     job: Job
-    ready: PreparedJob
     noted_s: float = field(default_factory=time.monotonic)
 
     def begin(self) -> None:
@@ -139,7 +138,7 @@ class Doer:
             ready = patiently(lambda: self.prepare(job), stopping=stopping)
             _know(job, ready)
             task = Task(job.kind, job.folder, job.video, ready.order, ready.laws, ready.arguments)
-            said = WorkerMessages(job, ready)
+            said = WorkerMessages(job)
             said.begin()
             handle = partial(self._handle, said)
             if self.cluster is not None and job.kind in JUDGED:
@@ -178,7 +177,7 @@ class Doer:
             result = checked(message["result"], dict[str, Any], film)
             if job.kind in JUDGED:
                 result["sealed"] = message["sealed"]
-            job.result = self._own_words(job, checked_result(said, result))
+            job.result = self._own_words(job, checked_result(job, result))
         else:
             if job.kept:
                 raise malformed(film, "pictures twice")
@@ -197,11 +196,10 @@ class Doer:
         return result
 
 
-def checked_result(said: WorkerMessages, result: dict[str, Any]) -> dict[str, Any]:
+def checked_result(job: Job, result: dict[str, Any]) -> dict[str, Any]:
     """What a process found, as it must be; it can still be untrue.  Raises: MalformedAnswer."""
-    job, found = said.job, said.ready.found
     if job.kind == "verify":
-        checked_report(result, job.video, None if found is None else found.barred)
+        checked_report(result, job.video, job.barred)
     elif job.kind == "identify":
         checked_identification(result, job.video)
     elif job.kind == "capture":
