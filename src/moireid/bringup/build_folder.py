@@ -97,7 +97,7 @@ class Wish(Struct, frozen=True):
 class BuildState(Struct, frozen=True):
     """The state of a folder; readings: what was found, by step."""
 
-    format: Literal[1] = FORMAT
+    format: Literal[1] = 1
     kind: Literal["first-badge"] = "first-badge"
     wish: Wish = Wish()
     readings: dict[str, Reading] = {}

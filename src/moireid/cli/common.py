@@ -130,9 +130,10 @@ def _scale(text: str) -> tuple[float, float]:
     return parse_scale(text)
 
 
+SCALE = Parsed(_scale)
 scale_option = click.option(
     "--measured-scale",
-    type=Parsed(_scale),
+    type=SCALE,
     default=(1.0, 1.0),
     metavar="X[,Y]",
     help="Measured over stated length of the scale bars of an earlier print, such as 0.9973; corrects the size.",

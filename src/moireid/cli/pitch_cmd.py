@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import click
 
 from moireid.cli.common import (
+    SCALE,
     FiniteRange,
     FolderPath,
     echo,
@@ -127,7 +128,7 @@ def pitch_test_command(
 @focal_option
 @click.option(
     "--measured-scale",
-    "scale_text",
+    type=SCALE,
     metavar="X[,Y]",
     help="Measured over stated length of this chart's scale bars; needed for the pitch in true millimetres.",
 )
@@ -144,7 +145,7 @@ def calibrate_command(
     printer_out: str | None,
     distance_m: float | None,
     focal_px: float | None,
-    scale_text: str | None,
+    measured_scale: tuple[float, float] | None,
     unsealed: bool,
     overwrite: bool,
     as_json: bool,
@@ -168,7 +169,7 @@ def calibrate_command(
     """
     if camera:
         given: dict[str, object] = {"--chart": chart_json, "--printer-out": printer_out, "--distance": distance_m}
-        given |= {"--focal-px": focal_px, "--measured-scale": scale_text}
+        given |= {"--focal-px": focal_px, "--measured-scale": measured_scale}
         if wrong := [option for option, value in given.items() if value is not None]:
             raise SpecError(f"{wrong[0]} belongs to a lens sheet; leave it out with --camera")
         _camera(photo, out, paper, unsealed=unsealed, overwrite=overwrite, as_json=as_json)
@@ -178,7 +179,6 @@ def calibrate_command(
     from moireid.badge import load_badge
     from moireid.calibration.film_orders import film_read
     from moireid.calibration.sheet_reading import SheetReading, printer_profile, read_sheet
-    from moireid.designer.order import parse_scale
     from moireid.files import planned
     from moireid.profiles import keep_printer, printer_file, save_profile
 
@@ -188,17 +188,16 @@ def calibrate_command(
         raise SpecError(f"--out {out} must end in .json, by which --lens knows a lens profile")
     outs = [out] if printer_out is None else [out, printer_file(printer_out)]
     planned(outs, overwrite=overwrite, make_folders=False, kept=[chart_json, photo])
-    scales = parse_scale(scale_text) if scale_text else None
     chart = load_badge(chart_json)
-    along = scales and scales[0]
+    along = measured_scale and measured_scale[0]
     read = partial(read_sheet, chart=chart, distance_m=distance_m, focal_px=focal_px, measured_scale=along)
     with sealed_reader([photo], unsealed=unsealed) as reader, progress_bar("reading the pitch test") as progress:
         found = film_read(photo, read, SheetReading, reader, progress)
     planned(outs, overwrite=overwrite, kept=[chart_json, photo])
     if printer_out is not None:
-        keep_printer(printer_profile(chart, found.ink, scales), printer_out, overwrite=overwrite)
+        keep_printer(printer_profile(chart, found.ink, measured_scale), printer_out, overwrite=overwrite)
     save_profile(found.profile, out)
-    _show(found, out, scales, as_json=as_json)
+    _show(found, out, measured_scale, as_json=as_json)
     if not as_json:
         printer = [] if printer_out is None else ["--printer", printer_out]
         echo(f"Next: {shlex.join(['print-your-badge', 'NAME', '--lens', str(out), *printer])}")
