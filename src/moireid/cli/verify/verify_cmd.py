@@ -34,7 +34,8 @@ from moireid.cli.common import (
     track_option,
 )
 from moireid.cli.sealed_reader import sealed_reader, unsealed_option
-from moireid.cli.verify.verify_options import level_option, witnessed_claim_options
+from moireid.cli.verify.verify_options import claim_options, level_option
+from moireid.cli.witness_options import witness_check
 from moireid.errors import SpecError
 
 if TYPE_CHECKING:
@@ -100,7 +101,8 @@ GROUPS = {
 @click.command("verify", cls=GroupedCommand, groups=GROUPS)
 @click.argument("video", type=click.Path(path_type=Path))
 @friendly
-@witnessed_claim_options
+@witness_check
+@claim_options
 @camera_options
 @track_option
 @unsealed_option

@@ -10,7 +10,7 @@ from typing import Any
 import click
 
 from moireid.cli.common import bundle_option, registry_option, report_standing, trust_option
-from moireid.cli.witness_options import WitnessCheck, witness_check
+from moireid.cli.witness_options import WitnessCheck
 
 #: Whose badge is claimed, in the order of the help.
 CLAIM_OPTIONS = (
@@ -65,8 +65,3 @@ def claim_options(command: Callable[..., Any]) -> Callable[..., Any]:
     for option in reversed(CLAIM_OPTIONS):
         wrapped = option(wrapped)
     return wrapped
-
-
-def witnessed_claim_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """As `claim_options`, with those by which witnesses are asked for."""
-    return witness_check(claim_options(command))
