@@ -1,8 +1,8 @@
 """Films judged on other machines, by the workers of a Dask scheduler, each in a sealed process as here.
 
 A worker fetches the film from the studio by HTTP, with a token for this one job (`api.work_api`), and passes on by the
-same token what the film's process says.  So the studio checks each message as one of a process of its own; a worker has no
-registry, no database and no key.
+same token what the film's process says.  So the studio checks each message as one of a process of its own; a worker has
+no registry, no database and no key.
 Dask gives the film of a lost worker to another one, three times (its setting `allowed-failures`).  Where the job was
 removed, or the studio has ended, the token opens nothing any more, and the worker ends the film's process.
 """
