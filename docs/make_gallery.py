@@ -312,7 +312,7 @@ def _travel() -> None:
             np.repeat((140 + 95 * np.cos(phase))[None].astype(np.uint8), 34, axis=0),
             np.full((4, 640), 255, np.uint8),
         ]
-    Image.fromarray(np.vstack(rows[:-1])).quantize(64).save(OUT / "travel.png", optimize=True)
+    _labelled(Image.fromarray(np.vstack(rows[:-1]))).quantize(64).save(OUT / "travel.png", optimize=True)
 
 
 def _figure(width: float, height: float) -> tuple[Any, Any]:

@@ -145,6 +145,20 @@ def test_effective_gap_of_the_prototype() -> None:
     assert law.effective_gap_mm(REAR) / optics.paraxial_effective_gap_mm(SHEET) == pytest.approx(0.9405, abs=0.004)
 
 
+@pytest.mark.parametrize(("thickness_mm", "share"), [(1.5, 0.972), (3.0, 0.993)])
+def test_spherical_aberration_fades_in_thicker_sheets(thickness_mm: float, share: float) -> None:
+    """Catches: the prototype's share of g / n taken for that of every sheet."""
+    sheet = Lens("lenticular", 0.508, thickness_mm, 1.56)
+    found = view_law(sheet, REAR).effective_gap_mm(REAR) / optics.paraxial_effective_gap_mm(sheet)
+    assert found == pytest.approx(share, abs=0.002)
+
+
+@pytest.mark.parametrize(("tan_y", "low"), [(0.3, 0.018), (0.6, 0.06), (1.0, 0.12)])
+def test_fringes_seen_from_above_move_less(tan_y: float, low: float) -> None:
+    """Catches: a law of tan_x alone."""
+    assert 1 - slope_near_axis(SHEET, tan_y) / slope_near_axis(SHEET) == pytest.approx(low, abs=0.002)
+
+
 def test_cubic_fit_of_the_published_trace() -> None:
     """Catches: a law off by a percent anywhere within 17 degrees; the fit is in docs/explanation/physics.md."""
     tangent = np.linspace(-0.3, 0.3, 61)

@@ -144,6 +144,33 @@ def test_the_published_law_is_that_of_two_gratings_seen_by_a_pinhole() -> None:
     assert magnified == pytest.approx(FRONT / (REAR - FRONT), rel=1e-12) == pytest.approx(42.33, abs=0.01)
 
 
+@pytest.mark.parametrize(
+    ("gap", "rear", "focal", "away"),
+    [(1.0, REAR, 1450.0, 700.0), (3.0, FINER, 600.0, 3000.0), (0.4, 0.33, 960.0, 300.0)],
+)
+def test_the_published_correlation_is_1_whatever_the_device_and_the_distance_are(
+    gap: float, rear: float, focal: float, away: float
+) -> None:
+    """Catches: a phase that depends on the distance in another way than the badge's place in the picture does."""
+    across = np.linspace(-60.0, 60.0, 41)
+    distance = away * (1 + 0.2 * np.sin(across / 15))
+    phase = optics.fringe_phase_rad(
+        0.0, -across / distance, front_pitch_mm=FRONT, rear_pitch_mm=rear, effective_gap_mm=gap
+    )
+    assert abs(np.corrcoef(-focal * across / distance, phase)[0, 1]) == pytest.approx(1.0, abs=1e-12)
+
+
+def test_the_published_place_is_bent_by_the_orientation_of_the_first_frame() -> None:
+    """Catches: a correlation that shows what a reference orientation does to a board that is turned by 20 degrees."""
+    view, first = np.radians(np.linspace(-10.0, 10.0, 2001)), math.radians(20.0)
+    turn = np.array([[math.cos(first), -math.sin(first)], [math.sin(first), math.cos(first)]])
+    across, away = turn @ np.stack([np.sin(view), np.cos(view)])
+    place, parallax = across / away, np.tan(view)
+    slope = np.diff(place) / np.diff(parallax)
+    assert slope.max() / slope.min() == pytest.approx(1.29, abs=0.005)
+    assert np.corrcoef(place, parallax)[0, 1] > 0.999
+
+
 @pytest.mark.parametrize("beat", [-1 / FRONT, -5.0, math.nan, -math.inf])
 def test_a_beat_that_no_pitch_makes_is_refused(beat: float) -> None:
     """Catches: a negative, infinite or NaN pitch handed back as if lines could be drawn with it."""

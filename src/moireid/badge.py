@@ -17,10 +17,10 @@ import io
 import json
 import math
 import unicodedata
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from msgspec import Meta, Struct
+from msgspec import Meta, Struct, to_builtins
 
 from moireid.errors import SpecError
 from moireid.fiducials import (
@@ -281,31 +281,36 @@ def badge_from_json(text: str, *, source: str = "badge.json") -> Badge:
 
 def _to_document(badge: Badge) -> dict[str, Any]:
     """The JSON object of a badge; empty keys are left out, except the id, which may be null."""
-    document: dict[str, Any] = {
-        "format": SMOOTH_FORMAT if any(is_smooth(grating) for grating in badge.gratings) else FORMAT,
-        "id": badge.id,
-        "name": badge.name,
-        "page": {"width_mm": badge.page_mm[0], "height_mm": badge.page_mm[1]},
-        "lens": {key: value for key, value in asdict(badge.lens).items() if value is not None},
-        "gratings": [asdict(grating) for grating in badge.gratings],
-        "markers": fiducial_document(badge.markers),
-    }
-    for grating in document["gratings"]:
-        grating["code"] = {key: value for key, value in (grating["code"] or {}).items() if value is not None}
-        if not grating["code"]:
-            del grating["code"]
-        for cell in grating["cells"]:
-            if not any(cell["blend_mm"]):
-                del cell["blend_mm"]
     optional = {
         "payload_bits": badge.payload_bits,
         "board": {"rect_mm": badge.board_mm} if badge.board_mm else None,
         "range_m": badge.range_m,
         "print": badge.print,
     }
-    document.update({key: value for key, value in optional.items() if value is not None})
-    plain: dict[str, Any] = json.loads(json.dumps(document))
-    return plain
+    document: dict[str, Any] = to_builtins(
+        {
+            "format": SMOOTH_FORMAT if any(is_smooth(grating) for grating in badge.gratings) else FORMAT,
+            "id": badge.id,
+            "name": badge.name,
+            "page": {"width_mm": badge.page_mm[0], "height_mm": badge.page_mm[1]},
+            "lens": badge.lens,
+            "gratings": badge.gratings,
+            "markers": fiducial_document(badge.markers),
+        }
+        | {key: value for key, value in optional.items() if value is not None}
+    )
+    document["lens"] = _without_empty(document["lens"])
+    for grating in document["gratings"]:
+        code = _without_empty(grating.pop("code", None) or {})
+        grating |= {"code": code} if code else {}
+        for cell in grating["cells"]:
+            if not any(cell.get("blend_mm", ())):
+                cell.pop("blend_mm", None)
+    return document
+
+
+def _without_empty(document: dict[str, Any]) -> dict[str, Any]:
+    return {key: value for key, value in document.items() if value is not None}
 
 
 def _check_geometry(badge: Badge, source: str) -> None:

@@ -22,6 +22,7 @@ from moireid.errors import MoireIdError, SpecError
 from moireid.names import JOINERS
 
 if TYPE_CHECKING:
+    from moireid.bringup.build_folder import Figure
     from moireid.fabrication.package import PrintResult
     from moireid.provenance import Standing
 
@@ -192,6 +193,14 @@ def echo_lines(text: str) -> None:
     """Print a text whose line ends are our own on stdout; where they may be a stranger's, print each line by `echo`."""
     for line in text.split("\n"):
         echo(line)
+
+
+def show_figures(figures: Iterable[Figure]) -> None:
+    """Print figures with their error bars, and what to do about those that are not good."""
+    for figure in figures:
+        echo(f" {'!' if figure.advice else ' '} {figure.name:<20} {figure.shown}")
+        if figure.advice:
+            echo_lines(click.wrap_text(f"{figure.words} {figure.advice}", 100, "     ", "     "))
 
 
 def fail(message: str) -> NoReturn:

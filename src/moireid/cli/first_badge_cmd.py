@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -21,13 +20,14 @@ from moireid.cli.common import (
     overwrite_option,
     progress_bar,
     say,
+    show_figures,
     show_json,
 )
 from moireid.cli.sealed_reader import sealed_reader, unsealed_option
 
 if TYPE_CHECKING:
     from moireid.bringup.bring_up import Advance
-    from moireid.bringup.build_folder import BuildFolder, Figure
+    from moireid.bringup.build_folder import BuildFolder
 
 
 @click.command("first-badge")
@@ -124,14 +124,6 @@ def _read(wished: dict[str, Any]) -> dict[str, Any]:
         "name": None if name is None else clean_name(name),
         "measured_scale": scale and (0 if scale == "0" else parse_scale(scale)),
     }
-
-
-def show_figures(figures: Sequence[Figure]) -> None:
-    """Print figures with their error bars, and what to do about those that are not good."""
-    for figure in figures:
-        echo(f" {'!' if figure.advice else ' '} {figure.name:<20} {figure.shown}")
-        if figure.advice:
-            echo_lines(click.wrap_text(f"{figure.words} {figure.advice}", 100, "     ", "     "))
 
 
 def _show(made: Advance, *, as_json: bool) -> None:

@@ -22,6 +22,7 @@ from moireid.cli.common import (
     paper_option,
     printer_dpi_option,
     progress_bar,
+    show_figures,
     show_json,
 )
 from moireid.cli.sealed_reader import sealed_reader, unsealed_option
@@ -239,7 +240,6 @@ def _camera(film: Path | None, out: Path, paper: str, *, unsealed: bool, overwri
 def _show(read: SheetReading, out: Path, scales: tuple[float, float] | None, *, as_json: bool) -> None:
     """Print the result, with the figures that first-badge shows of a sheet."""
     from moireid.bringup.chart_steps import sheet_figures
-    from moireid.cli.first_badge_cmd import show_figures
     from moireid.sheets import MM_PER_INCH
 
     profile, ink = read.profile, read.ink

@@ -72,7 +72,9 @@ MAX_MIXED_SHARE, MIXED_SDS = 1 / 12, 3.0
 #: Noise changes contrasts as much as phases (`decision.figures`): a deviation proves nothing up to so many times what
 #: its strip's contrast shows.  Derived: with 40 independent samples of each, two spreads of one noise differ by more in
 #: one case of 100,000 (F distribution).  18 films of a true badge whose sheet is turned by 2 to 8 degrees: rows 0.6 to
-#: 1.8, places 0.3 to 1.0; the worst strips of 7 forged ones, patchy or generated: 3 and more.
+#: 1.8, places 0.3 to 1.0; the worst strips of 7 forged ones, patchy or generated: 3 and more.  A forger who knows this
+#: makes contrasts tremble as much: such a film is inconclusive, and so is one of which only a part is
+#: (`Invariant.broken_but_for_noise`).
 NOISE_EXCUSED_RATIO = 2.0
 
 #: Codecs show faint fringes late: a block that changes little is copied from the last frame along the badge's motion,

@@ -36,6 +36,7 @@ def test_a_decoded_id_under_another_s_beats_identifies_no_one(rng):
         ("reject", (), True, "nobody"),
         ("inconclusive", (), True, "inconclusive"),
         ("accept", ("damaged",), True, "inconclusive"),
+        ("accept", ("cover",), True, "inconclusive"),
         ("accept", (), False, "nobody"),
         ("inconclusive", (), False, "nobody"),
     ],

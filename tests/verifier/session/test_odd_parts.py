@@ -49,6 +49,26 @@ def test_an_excused_chapter_is_not_averaged_away(how, page_off, verdict):
     assert invariant_of([*true, harmless]).verdict == "accept"
 
 
+def test_a_chapter_that_noise_alone_excuses_is_not_averaged_away():
+    """Catches: a forged half minute whose contrasts tremble as much as its rows move apart, in a film that is accepted;
+    the same beside a true badge."""
+
+    def film(seed: int, size: float, rows_rad: float, noise_rad: float) -> Chapter:
+        law = size * trajectory(seed, 300)
+        signal = fringe_signal(law, law + lasting_noise(300, seed=seed), rows_rad=rows_rad)
+        return chapter([replace(signal, strip_sd_rad=np.full(2, 0.03), strip_noise_rad=np.full(2, noise_rad))])
+
+    true = [film(seed, 6.0, 0.01, 0.01) for seed in range(20, 39)]
+    harmless = film(7, 0.4, 0.01, 0.15)
+    assert not harmless.breaks_law
+    assert invariant_of([*true, harmless]).verdict == "accept"
+    assert film(7, 0.4, 0.3, 0.01).invariant.verdict == "reject"
+    trembling = film(7, 0.4, 0.3, 0.15)
+    assert trembling.invariant.verdict == "inconclusive"
+    assert trembling.breaks_law
+    assert invariant_of([*true, trembling]).verdict == "inconclusive"
+
+
 @pytest.mark.parametrize(
     ("gain", "noise_rad", "how", "page_off", "breaks"),
     [
@@ -84,3 +104,16 @@ def test_fringes_move_before_the_face_as_in_the_rest_of_the_film(gain):
     assert reason.level == ("pass" if gain == 1.0 else "undecided")
     renamed = replace(film, invariant=replace(film.invariant, gain_ratio=gain))
     assert law_through((times[begin], times[begin + 150]), [renamed])[0].level == "pass"
+
+
+@pytest.mark.parametrize(("noise_rad", "level"), [(0.01, "fail"), (0.3, "undecided")])
+def test_noise_does_not_excuse_what_happens_before_the_face(noise_rad, level):
+    """Catches: fringes off the law for the seconds that matter, which contrasts that tremble all film long excuse."""
+    law, times = 1.5 * trajectory(8, 1500), clock(1500)
+    begin = max(range(300, 1090), key=lambda k: float(law[k : k + 110].std()))
+    own, measured = slice(begin, begin + 110), law + lasting_noise(1500, seed=7)
+    measured[own] += 0.26 * np.clip(1.4 * np.sin(4 * np.pi * np.arange(110) / 110), -1, 1)
+    signal = fringe_signal(law, measured, tangent_sd=0.005, phase_sd=0.04)
+    film = chapter([replace(signal, strip_noise_rad=np.full(2, noise_rad))])
+    assert film.invariant.verdict == "accept"
+    assert law_through((times[begin], times[begin + 109]), [film])[0].level == level

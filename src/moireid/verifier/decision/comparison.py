@@ -44,9 +44,10 @@ class GratingComparison:
     """One grating's figures, what the law leaves, and its table of rivals.
 
     deviation_rad: by how much the film leaves the law and its nuisances (`residuals.deviation_rad`); limit_rad,
-    possible_rad: what an honest film may leave to be accepted, and what it can leave at all; doubted: whether the
-    camera may have changed within the film; reach: gains that an honest badge may then have; usual: whether the gain is
-    one of a build of usual parts before the camera that was solved, without which the film is not accepted;
+    possible_rad, noiseless_rad: what an honest film may leave to be accepted, what it can leave at all, and what it can
+    if noise excuses nothing; doubted: whether the camera may have changed within the film; reach: gains that an honest
+    badge may then have; usual: whether the gain is one of a build of usual parts before the camera that was solved,
+    without which the film is not accepted;
     nuisances_rad: by name; rivals: the table without the law's row; allowed_share: what an acceptance allows of rivals
     that would look alike.
     """
@@ -56,6 +57,7 @@ class GratingComparison:
     deviation_rad: float = 0.0
     limit_rad: float = math.inf
     possible_rad: float = math.inf
+    noiseless_rad: float = math.inf
     doubted: bool = False
     reach: Room = (0.0, math.inf)
     usual: bool = True
@@ -148,8 +150,14 @@ def compare(
     # What poses and fringes err by, and what lasts all film long: lens and sheet.
     error = math.hypot(figures.expected_error_rad, signal.shape_sd_rad, law_error_share(signal) * excitation)
     limit = residual_limit_rad(credible_error_rad(excitation, error))
-    possible = residual_limit_rad(signal.doubt * math.hypot(error, figures.noise_rad), limits.PROOF_SDS)
-    possible = math.hypot(possible, limits.CAMERA_MOTION_SHARE * excitation if doubted else 0.0)
+    # A doubt is about poses, not about noise.
+    noiseless, possible = (
+        math.hypot(
+            residual_limit_rad(math.hypot(signal.doubt * error, noise), limits.PROOF_SDS),
+            limits.CAMERA_MOTION_SHARE * excitation if doubted else 0.0,
+        )
+        for noise in (0.0, figures.noise_rad)
+    )
     # Where the law does not explain the film, or not with a gain that is accepted, nothing needs to look like it.
     asked = {}
     if shares and usual and deviation <= limit:
@@ -178,7 +186,18 @@ def compare(
     ]
     nuisances = {name: float(value) for name, value in zip(model.names, fit.nuisances_rad[:, 0], strict=True)}
     return GratingComparison(
-        figures, True, deviation, limit, possible, doubted, reach, usual, nuisances, tuple(rows), allowed_share
+        figures,
+        True,
+        deviation,
+        limit,
+        possible,
+        noiseless,
+        doubted,
+        reach,
+        usual,
+        nuisances,
+        tuple(rows),
+        allowed_share,
     )
 
 
@@ -210,9 +229,9 @@ def merge_chapters(parts: Sequence[GratingComparison], figures: Figures) -> Grat
         return sum(odds) if name != "spell" else min(odds) + math.log10(len(moved))
 
     rows = _merged(moved, total, moved[0].allowed_share)
-    residual, limit, possible = (
+    residual, limit, possible, noiseless = (
         math.sqrt(sum(getattr(part, name) ** 2 for part in moved) / len(moved))
-        for name in ("deviation_rad", "limit_rad", "possible_rad")
+        for name in ("deviation_rad", "limit_rad", "possible_rad", "noiseless_rad")
     )
     doubted = any(part.doubted for part in moved)
     reach = min(part.reach[0] for part in moved), max(part.reach[1] for part in moved)
@@ -223,6 +242,7 @@ def merge_chapters(parts: Sequence[GratingComparison], figures: Figures) -> Grat
         residual,
         limit,
         possible,
+        noiseless,
         doubted,
         reach,
         usual,

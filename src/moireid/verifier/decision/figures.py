@@ -42,10 +42,9 @@ class Figures:
     predicted phase; expected_error_rad: expected error of one frame; strip_wander_rad: deviation of the worst strip;
     strip_sd_rad: error bar of a typical strip; place_wander_rad: deviation of places within a strip; strip_beyond_rad,
     place_beyond_rad: their part beyond noise (`_beyond_noise`); noise_rad: error of the signal of all strips, as their
-    contrasts show it; rounding_rad and
-    tangent_sd: as in `GratingSignal`; information: Fisher information on the gain; air_share: as `air_share`; air_sd:
-    the part of gain_sd that is its error; air_rad: spread of the difference of both laws; all 0 where no view is from
-    beyond the critical angle.
+    contrasts show it; rounding_rad and tangent_sd: as in `GratingSignal`; information: Fisher information on the gain;
+    air_share: as `air_share`; air_sd: the part of gain_sd that is its error; air_rad: spread of the difference of both
+    laws; all 0 where no view is from beyond the critical angle.
     """
 
     correlation: float = 0.0

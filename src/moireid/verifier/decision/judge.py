@@ -63,7 +63,8 @@ class Invariant:
     gain_ratio: of measured over predicted phase; gain_expected: by which the prediction was multiplied, as the badge is
     known as built, 1 for one as designed; score: log10 odds of the law over its weighted rivals; calibrated_log10: the
     same, calibrated on honest and forged films; explanations: the table, the law first; third_harmonic: as
-    `ThirdHarmonic.from_front`; compared: of each grating.
+    `ThirdHarmonic.from_front`; compared: of each grating; broken_but_for_noise: whether parts or residual
+    prove a forgery if noise excuses nothing (`limits.NOISE_EXCUSED_RATIO`), so that no film with such a part is good.
     """
 
     verdict: Verdict
@@ -81,6 +82,7 @@ class Invariant:
     explanations: tuple[Explanation, ...] = ()
     third_harmonic: float | None = None
     compared: tuple[GratingComparison, ...] = ()
+    broken_but_for_noise: bool = False
 
     @property
     def strength(self) -> int | None:
@@ -172,7 +174,7 @@ def judge(
     moving = [(signal, law) for signal, law in zip(signals, laws, strict=True) if law.moved]
     moved = [signal for signal, _ in moving]
     score = min((law.score for _, law in moving), default=0.0)
-    table, harmonic = film_table(laws), None
+    table, harmonic, broken = film_table(laws), None, False
     reasons = findings.evidence(signals, mean, enough=bool(moving))  # Step 1.
     if moving:
         doubts = doubts_of(moving)  # Step 2.
@@ -183,6 +185,8 @@ def judge(
         residual = findings.residual(laws, prove=prove and not doubts.covered)  # Step 4.
         together = parts(several, prove=prove)  # Step 5.
         tests = [*gains, residual, together]
+        left = not doubts.covered and any(law.deviation_rad > law.noiseless_rad for _, law in moving)
+        broken = prove and (left or any(one.deviation_rad > one.proof_rad for one in several))
         reasons += tests
         if any(one.level != "pass" for one in tests):
             reasons += [one for one in (doubts.camera, doubts.small) if one is not None]
@@ -205,6 +209,7 @@ def judge(
         explanations=(law_row(laws), *table) if table else (),
         third_harmonic=None if harmonic is None else harmonic.from_front,
         compared=tuple(laws),
+        broken_but_for_noise=broken,
     )
 
 

@@ -78,11 +78,14 @@ class Chapter:
 
     @property
     def breaks_law(self) -> bool:
-        """Whether its fringes are not those of the badge as usual: rejected, its page off, or of a gain that is not."""
-        if self.invariant.verdict == "accept":
+        """Whether its fringes are not those of the badge as usual: rejected, or would be but for noise, its page off,
+        or of a gain that is not.
+        """
+        own = self.invariant
+        if own.verdict == "accept":
             return False
-        unusual = any(one.moved and not one.usual for one in self.invariant.compared)
-        return self.invariant.verdict == "reject" or self.identity.page_off or unusual
+        unusual = any(one.moved and not one.usual for one in own.compared)
+        return own.verdict == "reject" or own.broken_but_for_noise or self.identity.page_off or unusual
 
     def light(self) -> Chapter:
         """The chapter without track and measurement, which only the plots of the report need."""
@@ -225,12 +228,15 @@ def invariant_of(chapters: Sequence[Chapter]) -> Invariant:
 
 
 def _is_broken(chapter: Chapter, whole: Invariant, limit_log10: float) -> bool:
-    """Whether a chapter is rejected or would be but for page or sheet, has a gain that is surely another one than
-    the film's and is not accepted by itself, or a rival explains it better than the law by more than that power of ten.
+    """Whether a chapter is rejected or would be but for noise, page or sheet, has a gain that is surely another one
+    than the film's and is not accepted by itself, or a rival explains it better than the law by more than that power of
+    ten.
     """
     own = chapter.invariant
     odds = [one.log10_odds for one in own.explanations if one.log10_odds is not None]
-    if own.verdict == "reject" or (chapter.identity.page_off and own.verdict != "accept"):
+    if own.verdict == "reject" or own.broken_but_for_noise:
+        return True
+    if chapter.identity.page_off and own.verdict != "accept":
         return True
     return own.gain_apart_from(whole) is not None or min(odds, default=0.0) < -limit_log10
 

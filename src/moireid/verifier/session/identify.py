@@ -15,7 +15,7 @@ from moireid.errors import CodeError, SpecError
 from moireid.files import AnyPath
 from moireid.question import KnownCamera, Question
 from moireid.verifier.identity.decode import Identity
-from moireid.verifier.reasons import Reason
+from moireid.verifier.reasons import Reason, worst
 from moireid.verifier.session.film import verify
 from moireid.verifier.session.result import Report
 from moireid.verifier.video import Film, Progress
@@ -96,8 +96,9 @@ def identify(
 
     Notes
     -----
-    Convention: "found" needs an id that is decoded, *and* the invariant.  "nobody" is fringes that break the law, or
-    a code that they do not confirm.  Whether the id is enrolled is for `of_enrolled`.
+    Convention: "found" needs an id that is decoded, *and* all that `verify` needs of a film without a question.
+    "nobody" is fringes that break the law, or a code that they do not confirm.  Whether the id is enrolled is for
+    `of_enrolled`.
     Source: `verify` without a question, once for each layout.
     """
     order = {"found": 0, "nobody": 1, "inconclusive": 2}
@@ -152,14 +153,11 @@ def judge(report: Report) -> Identification:
     if unsure:
         return Identification("inconclusive", None, unsure, report)
     found, reason = _whose(report.identity)
-    others = tuple(one for one in report.reasons if one.code == "others_break")
-    # Without a badge in view the invariant has no reasons, but the report has some.
-    reasons = (*(invariant.reasons + others if invariant.reasons else report.reasons), reason)
+    reasons = (*report.reasons, reason)
     if reason.level == "fail":
         return Identification("nobody", None, reasons, report)
-    if reason.level == "undecided" or invariant.verdict == "inconclusive" or others:
-        return Identification("inconclusive", found, reasons, report)
-    return Identification("found", found, reasons, report)
+    clear = invariant.verdict == worst(list(reasons)) == "accept"
+    return Identification("found" if clear else "inconclusive", found, reasons, report)
 
 
 def _whose(identity: Identity) -> tuple[str | None, Reason]:

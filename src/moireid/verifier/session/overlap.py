@@ -142,10 +142,13 @@ def _broken(chapter: Chapter, times: Array, interval_s: tuple[float, float]) -> 
     if len(around) < WINDOW_FRAMES:
         return None
     judged = judge([signal.part(around) for signal in chapter.signals], chapter.sheet, whole=False)
-    why = next((reason for reason in judged.reasons if reason.level == "fail"), None)
-    if why is not None:
+    failing = [reason for reason in judged.reasons if reason.level == "fail"]
+    if judged.broken_but_for_noise:
+        failing += [one for one in judged.reasons if one.code in ("parts", "residual") and one.level == "undecided"]
+    if failing:
+        why = failing[0]
         text = f"While the badge is before the face, its fringes do not follow the optics: {why.text}"
-        return Reason("overlap_law", "fail", why.measured, why.limit, why.unit, text)
+        return Reason("overlap_law", why.level, why.measured, why.limit, why.unit, text)
     why = judged.gain_apart_from(chapter.invariant)
     if why is None:
         return None
