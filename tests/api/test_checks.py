@@ -18,6 +18,8 @@ from kit.coded_films import first_frames
 from kit.places import FILMS
 from moireid.designer import Order, design_badge
 from moireid.idcodes import specimen_of
+from moireid.reading.answers import FilmAnswer
+from moireid.reading.film_reader import Reader
 from moireid.registry import open_registry
 from moireid.sandbox.seal import MEANS
 
@@ -138,11 +140,9 @@ def test_an_answer_that_no_film_shows_is_refused(
 ) -> None:
     """Catches: `mo.identify` that passes on what a taken-over process answers, or ends in a traceback by it."""
 
-    class Hostile:
-        sealed = ()
-
-        def read(self, order: Any, progress: Any, answer: Any = None) -> dict[str, Any]:
-            return {"result": result}
+    class Hostile(Reader):
+        def read(self, order: Any, progress: Any) -> FilmAnswer:
+            return super().read(lambda _: iter([{"result": result}]), progress)
 
     monkeypatch.setattr("moireid.api.checks.film_reader", lambda films, unsealed: nullcontext(Hostile()))
     with mo.Registry(tmp_path / "people.sqlite3", create=True) as registry, pytest.raises(mo.MediaError):

@@ -20,7 +20,7 @@ class Work:
     def __init__(self, name: str, made: tuple[str, ...] = ()) -> None:
         self.name, self.made, self.times, self.refuse = name, made, 0, ""
 
-    def __call__(self, folder: BuildFolder, _: object) -> Reading:
+    def __call__(self, folder: BuildFolder, *_: object) -> Reading:
         self.times += 1
         if self.refuse:
             raise MediaError(self.refuse)
@@ -34,7 +34,7 @@ def steps_of(first: Work, second: Work, third: Work) -> tuple[BuildStep, ...]:
     ask = ("Put a film into {folder}, of {lens} on {paper}.",)
     return (
         BuildStep("first", "First", "", first, (), made=first.made),
-        BuildStep("second", "Second", "", second, ask, needs=(("film", "photo"),), wishes=("thickness_mm",)),
+        BuildStep("second", "Second", "", second, ask, needs=("film",), wishes=("thickness_mm",)),
         BuildStep("third", "Third", "", third, (), made=third.made, once=True),
     )
 
@@ -110,7 +110,9 @@ def test_the_command_begins_prints_and_asks(tmp_path: Path):
     ran = CliRunner().invoke(moireid, ["first-badge", str(folder), "--json"])
     assert ran.exit_code == 3 and json.loads(ran.stdout)["refused"]
     pale = Reading(figures=[Figure("Twist", 0.5, 0.01, "degrees", "Of the lenses.", "Turn the sheet.")])
-    open_folder(folder).with_reading("films", pale).save()
+    begun = open_folder(folder)
+    begun.readings["films"] = pale
+    begun.save()
     ran = CliRunner().invoke(moireid, ["first-badge", str(folder)])
     assert "! Twist" in ran.stdout and "Of the lenses. Turn the sheet." in ran.stdout
     assert json.loads((folder / STATE).read_text())["kind"] == "first-badge"

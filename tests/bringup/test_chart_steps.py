@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from pathlib import Path
 
 import pytest
@@ -25,12 +26,13 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (tmp_path / "sheet-photo.jpg").write_text("a photo")
     profile = LensProfile("mine", lens_named("50lpi"), 2e-5, FOUND)
     reading = SheetReading(profile, InkGrowth(41.0, 4.0, "", 0.002, 1))
-    monkeypatch.setattr(chart_steps, "read_sheet", lambda *_, **__: reading)
+    monkeypatch.setattr(chart_steps, "film_read", lambda *_, **__: reading)
     return tmp_path
 
 
 def read(folder: BuildFolder) -> dict[str, Figure]:
-    return {figure.name: figure for figure in chart_steps.read_charts(folder, None).figures}
+    found = chart_steps.read_charts(folder, lambda done, of: None, nullcontext)
+    return {figure.name: figure for figure in found.figures}
 
 
 def test_a_calliper_counts_before_the_label(folder: Path):

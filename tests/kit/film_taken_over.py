@@ -9,6 +9,7 @@ import re
 import signal
 import tempfile
 import time
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -24,11 +25,11 @@ class HostileOrder:
     act: str
     path: str = ""
 
-    def __call__(self, send: Any, ask: Any, progress: Any) -> None:
-        """Do it, and send what came of it."""
+    def __call__(self, progress: Any) -> Iterator[dict[str, Any]]:
+        """Do it, and give what came of it."""
         if self.act == "answer":
-            send(json.loads(self.path))
-        send({"result": {"got": str(getattr(self, f"_{self.act}")())}})
+            yield json.loads(self.path)
+        yield {"result": {"got": str(getattr(self, f"_{self.act}")())}}
 
     def _answer(self) -> None:
         """The answer, which `path` has as JSON, was sent before."""
@@ -71,8 +72,7 @@ class HostileOrder:
 
 def take_over(order: HostileOrder, film: str) -> str:
     """A job of a collection that its film has taken over."""
-    found: dict[str, Any] = {}
-    order(found.update, None, None)
+    (found,) = order(None)
     return str(found["result"]["got"])
 
 
@@ -82,10 +82,10 @@ class SayingOrder:
 
     message: Any
 
-    def __call__(self, send: Any, ask: Any, progress: Any) -> None:
+    def __call__(self, progress: Any) -> Iterator[dict[str, Any]]:
         """Send it, and a result."""
         if isinstance(self.message, bytes):
-            send.__self__._pipe.send_bytes(self.message)
+            progress.__self__._pipe.send_bytes(self.message)
         else:
-            send(self.message)
-        send({"result": {}})
+            yield self.message
+        yield {"result": {}}

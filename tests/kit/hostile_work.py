@@ -46,14 +46,6 @@ def folder_for_film(talk: Talk) -> None:
     (film / "deep").mkdir(parents=True)
 
 
-def questions(talk: Talk) -> None:
-    """Ask for one id after the other."""
-    talk.next()
-    for number in range(1000):
-        talk.send({"ask": {"holds": f"{number:04x}"}})
-        talk.next()
-
-
 def two_signatures(talk: Talk) -> None:
     """Ask for signatures under a claim of another film, and hide them in a file that is said to be sound."""
     asked = talk.next()

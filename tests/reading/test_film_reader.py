@@ -23,6 +23,7 @@ from moireid.badge import load_badge
 from moireid.cli.main import moireid
 from moireid.errors import MediaError
 from moireid.reading import film_reader as reading
+from moireid.reading.answers import FilmAnswer
 from moireid.reading.film_reader import ANSWER_BYTES, Reader, film_reader
 from moireid.sandbox.seal import MEANS
 from moireid.verifier import Question, verify
@@ -42,7 +43,7 @@ def reader(film: Path) -> Iterator[Reader]:
         yield made
 
 
-def read(reader: Reader, order: Any) -> dict[str, Any]:
+def read(reader: Reader, order: Any) -> FilmAnswer:
     return reader.read(order, lambda done, of: None)
 
 
@@ -72,7 +73,7 @@ from pathlib import Path
 from kit.film_taken_over import HostileOrder
 from moireid.reading.film_reader import film_reader
 with film_reader([Path("none.mp4")]) as reader:
-    found = reader.read(HostileOrder("search"), lambda done, of: None)["result"]["got"]
+    found = reader.read(HostileOrder("search"), lambda done, of: None).result["got"]
 print(found, sys.argv[1], os.environ["PGPASSWORD"], *reader.sealed)
 """
 

@@ -293,7 +293,7 @@ def test_the_command_names_the_track_and_so_does_the_signature(both):
 
 def test_no_other_way_in_judges_a_track_unasked(both, badge, ada):
     """Catches: a badge found, or figures of enrolment measured, in a track that players do not show."""
-    found = identify(both, [badge], lambda badge_id: True)
+    found = identify(both, [badge])
     assert found.finding == "inconclusive" and [reason.code for reason in found.reasons] == ["tracks"]
     with pytest.raises(MediaError, match="2 video tracks"):
         capture_as_built([both], ada)

@@ -132,19 +132,30 @@ def search(
     Raises: MoireIdError as `identified_film`.
     """
     from moireid.reading.film_reports import identified_film
+
+    document = identified_film(film, held.layouts(), camera, track, reader, progress)
+    document = with_holder(document, held) | {"registry": standing.to_json()}
+    read = read_id(document)
+    known = holder_in(held)(read) if isinstance(read, str) else None
+    return document, Circumstances(datetime.now(UTC), read=known, standing=standing, registry=_name(held))
+
+
+def with_holder(document: dict[str, Any], held: Registry | Bundle) -> dict[str, Any]:
+    """What a film's identification is to the registry or bundle: found is who is enrolled there, by name.
+
+    Raises: RegistryError.
+    """
     from moireid.registry import holds
     from moireid.verifier.session.claim import with_badge_notes
+    from moireid.verifier.session.identify import of_enrolled
 
     holder = holder_in(held)
-    outcome = identified_film(film, held.layouts(), camera, track, reader, progress, partial(holds, holder))
-    found_id = outcome["found_id"]
-    found = holder(found_id) if found_id else None
-    document = outcome | {"found_name": found.name if found else None, "registry": standing.to_json()}
-    if found_id is not None:
-        document = with_badge_notes(document, measured=_claimed(held, found_id).as_built is not None)
-    read = read_id(document)
-    known = holder(read) if isinstance(read, str) else None
-    return document, Circumstances(datetime.now(UTC), read=known, standing=standing, registry=_name(held))
+    document = of_enrolled(document, partial(holds, holder))
+    if (found_id := document["found_id"]) is None:
+        return document | {"found_name": None}
+    found = holder(found_id)
+    document |= {"found_name": found.name if found else None}
+    return with_badge_notes(document, measured=_claimed(held, found_id).as_built is not None)
 
 
 def _claimed(held: Registry | Bundle, claim: str) -> Question:

@@ -6,8 +6,6 @@ import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from sqlalchemy.engine import URL
-
 from moireid import registry as room
 from moireid.files import AnyPath, as_path
 from moireid.provenance import Standing
@@ -43,10 +41,8 @@ class Registry(room.Registry):
 
 
 def url_of(place: AnyPath | None) -> str | None:
-    """The URL of a registry that is given as URL or path; None for the default one."""
-    if place is None or (isinstance(place, str) and "://" in place):
-        return place
-    return URL.create("sqlite", database=str(as_path(place))).render_as_string(hide_password=False)
+    """A registry that is given as URL or path, as text; None for the default one."""
+    return place if place is None or isinstance(place, str) else str(as_path(place))
 
 
 @contextmanager

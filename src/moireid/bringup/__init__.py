@@ -5,5 +5,4 @@ chart_steps.py     print the pitch test, read it
 badge_steps.py     print the badge, film it twice
 film_figures.py    what two films say about the badge as it was built
 bring_up.py        the steps in their order: what can be done is done, and what comes next is said
-sealed_steps.py    a step that reads films, done by a sealed process in a folder of its own
 """

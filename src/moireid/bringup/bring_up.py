@@ -28,15 +28,16 @@ from moireid.bringup.build_folder import (
 from moireid.bringup.chart_steps import CHART_FILES, PRINTER, SHEET, print_charts, read_charts
 from moireid.errors import MoireIdError
 from moireid.profiles import lens_named
+from moireid.reading.film_orders import Progress
+from moireid.reading.film_reader import Readers, film_reader
 from moireid.sheets import MM_PER_INCH
-from moireid.verifier.video import Progress
 
 #: How a step shows its progress: given what it does, a context that yields what counts frames.
-Watch = Callable[[str], AbstractContextManager[Progress | None]]
+Watch = Callable[[str], AbstractContextManager[Progress]]
 
 
-def _quiet(_: str) -> AbstractContextManager[Progress | None]:
-    return nullcontext()
+def _quiet(_: str) -> AbstractContextManager[Progress]:
+    return nullcontext(lambda done, of: None)
 
 
 @dataclass(frozen=True)
@@ -44,18 +45,17 @@ class BuildStep:
     """One step.
 
     title, work: what the builder does, and what the program does meanwhile; ask: what the builder is to do for it, in
-    plain words, with {folder}, {lens} and {paper}; needs: files of the builder, each a choice of well-known names, of
-    which one must be there; made: files that it writes; own, wishes: files of other steps, and fields of the wish, that
-    it depends on as well; once: whether it is done no more where its
-    files are there, as a badge that is printed is never changed.
+    plain words, with {folder}, {lens} and {paper}; needs: files of the builder, by their well-known names; made: files
+    that it writes; own, wishes: files of other steps, and fields of the wish, that it depends on as well; once: whether
+    it is done no more where its files are there, as a badge that is printed is never changed.
     """
 
     name: str
     title: str
     work: str
-    do: Callable[[BuildFolder, Progress | None], Reading]
-    ask: tuple[str, ...]
-    needs: tuple[tuple[str, ...], ...] = ()
+    do: Callable[[BuildFolder, Progress, Readers], Reading]
+    ask: tuple[str, ...] = ()
+    needs: tuple[str, ...] = ()
     made: tuple[str, ...] = ()
     own: tuple[str, ...] = ()
     wishes: tuple[str, ...] = ()
@@ -63,15 +63,15 @@ class BuildStep:
 
     def ready(self, folder: BuildFolder) -> bool:
         """Whether the builder's files are there."""
-        return all(any(folder.found(name) for name in choice) for choice in self.needs)
+        return all(folder.found(name) for name in self.needs)
 
     def inputs(self, folder: BuildFolder) -> dict[str, str]:
         """What it depends on, as `BuildFolder.inputs`."""
-        return folder.inputs([name for choice in self.needs for name in choice], self.own, self.wishes)
+        return folder.inputs(self.needs, self.own, self.wishes)
 
     def done(self, folder: BuildFolder) -> bool:
         """Whether it was done with the files that are there."""
-        reading = folder.reading(self.name)
+        reading = folder.readings.get(self.name)
         if reading is None:
             return False
         written = reading.refused is None and all(folder.at(name).exists() for name in self.made)
@@ -86,7 +86,6 @@ STEPS: tuple[BuildStep, ...] = (
         "Print the pitch test",
         "drawing the pitch test",
         print_charts,
-        (),
         made=CHART_FILES,
         wishes=PRINTED_FOR,
     ),
@@ -105,11 +104,11 @@ STEPS: tuple[BuildStep, ...] = (
             "in it. Save it as {folder}/sheet-photo.jpg.",
             "Measure how thick the sheet is with a calliper, if you have one, and give it as --thickness.",
         ),
-        needs=((SHEET_PHOTO,),),
+        needs=(SHEET_PHOTO,),
         made=(SHEET, PRINTER),
         wishes=BY_HAND,
     ),
-    BuildStep("badge", "Print the badge", "drawing the badge", print_first_badge, (), made=(BADGE_JSON,), once=True),
+    BuildStep("badge", "Print the badge", "drawing the badge", print_first_badge, made=(BADGE_JSON,), once=True),
     BuildStep(
         "films",
         "Film the badge twice",
@@ -126,7 +125,7 @@ STEPS: tuple[BuildStep, ...] = (
             "how well the figures repeat. A camera that you calibrated (moireid calibrate --camera) is read of "
             "{folder}/camera.yaml.",
         ),
-        needs=tuple((name,) for name in BADGE_FILMS),
+        needs=BADGE_FILMS,
         made=(AS_BUILT,),
         own=(CAMERA, BADGE_JSON),
         wishes=("thickness_mm",),
@@ -134,23 +133,14 @@ STEPS: tuple[BuildStep, ...] = (
 )
 
 
-#: How a step is done; `sealed_steps.do_sealed` does it in a sealed process.
-Do = Callable[[BuildStep, BuildFolder, Progress | None], Reading]
-
-
-def _do_here(step: BuildStep, folder: BuildFolder, progress: Progress | None) -> Reading:
-    return step.do(folder, progress)
-
-
 @dataclass(frozen=True)
 class Advance:
-    """A folder after a round: all steps, those that were done in it, and the step that is next, None at the end.
+    """A folder after a round: the steps that were done in it, and the step that is next, None at the end.
 
     refused: why the next step's files could not be used, None where they are not there yet.
     """
 
     folder: BuildFolder
-    steps: Sequence[BuildStep]
     did: tuple[str, ...]
     next_step: BuildStep | None
     refused: str | None = None
@@ -172,7 +162,7 @@ class Advance:
 
 
 def advance(
-    folder: BuildFolder, steps: Sequence[BuildStep] = STEPS, watch: Watch = _quiet, do: Do = _do_here
+    folder: BuildFolder, steps: Sequence[BuildStep] = STEPS, watch: Watch = _quiet, readers: Readers = film_reader
 ) -> Advance:
     """Do what can be done now, and keep it; the folder's state is saved before the first step and after each.
 
@@ -184,8 +174,8 @@ def advance(
         In their order.
     watch : callable, optional
         Shows the progress of a step, given what it does.
-    do : callable, optional
-        Does a step, in this process or in another one.
+    readers : callable, optional
+        Gives what reads photographs and films.
 
     Returns
     -------
@@ -202,23 +192,18 @@ def advance(
     did: list[str] = []
     for step in steps:
         if not step.ready(folder):
-            return Advance(folder, steps, tuple(did), step)
+            return Advance(folder, tuple(did), step)
         if not step.done(folder):
-            folder = _done(step, folder, watch, do)
+            # Files that cannot be used are a result too.
+            try:
+                with watch(step.work) as progress:
+                    reading = step.do(folder, progress, readers)
+            except MoireIdError as error:
+                reading = Reading(refused=str(error))
+            folder.readings[step.name] = msgspec.structs.replace(reading, inputs=step.inputs(folder))
+            folder.save()
             did.append(step.name)
-        refused = folder.state.readings[step.name].refused
+        refused = folder.readings[step.name].refused
         if refused is not None:
-            return Advance(folder, steps, tuple(did), step, refused)
-    return Advance(folder, steps, tuple(did), None)
-
-
-def _done(step: BuildStep, folder: BuildFolder, watch: Watch, do: Do) -> BuildFolder:
-    """The folder after a step; files that cannot be used are a result too."""
-    try:
-        with watch(step.work) as progress:
-            reading = do(step, folder, progress)
-    except MoireIdError as error:
-        reading = Reading(refused=str(error))
-    folder = folder.with_reading(step.name, msgspec.structs.replace(reading, inputs=step.inputs(folder)))
-    folder.save()
-    return folder
+            return Advance(folder, tuple(did), step, refused)
+    return Advance(folder, tuple(did), None)

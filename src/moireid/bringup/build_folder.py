@@ -9,7 +9,6 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -96,12 +95,11 @@ class Wish(Struct, frozen=True):
 
 
 class BuildState(Struct, frozen=True):
-    """The state of a folder; files: paths of films and photographs by their names, for a process that reads them."""
+    """The state of a folder; readings: what was found, by step."""
 
-    format: Literal[1]
-    kind: Literal["first-badge"]
+    format: Literal[1] = 1
+    kind: Literal["first-badge"] = "first-badge"
     wish: Wish = Wish()
-    files: dict[str, str] = {}
     readings: dict[str, Reading] = {}
 
 
@@ -110,17 +108,11 @@ PRINTED_FOR = ("lens", "printer_dpi", "paper")
 BY_HAND = ("thickness_mm", "measured_scale", "distance_m", "focal_px")
 
 
-@dataclass(frozen=True)
 class BuildFolder:
-    """A folder and its state; every change gives another one."""
+    """A folder, what the builder wants, and what was found so far, by step."""
 
-    path: Path
-    state: BuildState
-
-    @property
-    def wish(self) -> Wish:
-        """What the builder wants."""
-        return self.state.wish
+    def __init__(self, path: Path, wish: Wish, readings: Mapping[str, Reading]) -> None:
+        self.path, self.wish, self.readings = path, wish, dict(readings)
 
     def at(self, name: str) -> Path:
         """The path of a file that moireid writes."""
@@ -135,8 +127,6 @@ class BuildFolder:
         if len(there) > 1:
             names = " and ".join(path.name for path in there)
             raise SpecError(f"{self.path} has {names}; keep one of them, as both are {name}")
-        if not there and name in self.state.files:
-            there = [Path(self.state.files[name])]
         if there and there[0].suffix.lower() in UNREADABLE:
             raise SpecError(f"{there[0]} is in a format that moireid does not read; export it as JPEG")
         return there[0] if there else None
@@ -150,23 +140,14 @@ class BuildFolder:
         digests = {name: _digest(path) for name, path in files.items() if path is not None and path.exists()}
         return digests | {key: str(getattr(self.wish, key)) for key in wishes}
 
-    def reading(self, step: str) -> Reading | None:
-        """What a step found; None where it was not done."""
-        return self.state.readings.get(step)
-
     def figures(self) -> list[Figure]:
         """All figures, in the order in which the steps were first done."""
-        return [figure for reading in self.state.readings.values() for figure in reading.figures]
-
-    def with_reading(self, step: str, reading: Reading) -> BuildFolder:
-        """The folder with what a step found."""
-        readings = self.state.readings | {step: reading}
-        return BuildFolder(self.path, msgspec.structs.replace(self.state, readings=readings))
+        return [figure for reading in self.readings.values() for figure in reading.figures]
 
     def save(self) -> None:
         """Write the state, whole or not at all."""
-        text = msgspec.json.format(msgspec.json.encode(self.state), indent=1).decode()
-        write_text(self.at(STATE), text + "\n")
+        state = msgspec.json.encode(BuildState(wish=self.wish, readings=self.readings))
+        write_text(self.at(STATE), msgspec.json.format(state, indent=1).decode() + "\n")
 
 
 def open_folder(path: Path, wished: Mapping[str, Any] | None = None) -> BuildFolder:
@@ -196,7 +177,7 @@ def open_folder(path: Path, wished: Mapping[str, Any] | None = None) -> BuildFol
     lens_named(wish.lens)
     _check_printed(path, state, wish)
     planned([path / STATE], overwrite=True)
-    return BuildFolder(path, msgspec.structs.replace(state, wish=wish))
+    return BuildFolder(path, wish, state.readings)
 
 
 def _check_printed(path: Path, state: BuildState, wish: Wish) -> None:
@@ -216,7 +197,7 @@ def _state_in(path: Path) -> BuildState:
     """The state of a folder; an empty one for a folder without."""
     file = path / STATE
     if not file.exists():
-        return BuildState(1, "first-badge")
+        return BuildState()
     source = str(file)
     try:
         text = read_regular(file).decode("utf-8")

@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import msgspec
 
 from moireid.badge import load_badge
-from moireid.bringup.build_folder import (
-    SHEET_PHOTO,
-    BuildFolder,
-    Figure,
-    Reading,
-)
+from moireid.bringup.build_folder import SHEET_PHOTO, BuildFolder, Figure, Reading
+from moireid.calibration.film_orders import film_read
 from moireid.calibration.sheet_reading import SheetReading, printer_profile, read_sheet
 from moireid.fabrication.page.chart_page import JSON, PDF, print_chart
 from moireid.profiles import save_profile
+from moireid.reading.film_orders import Progress
+from moireid.reading.film_reader import Readers
 from moireid.sheets import MM_PER_INCH, sheet_lens
-from moireid.verifier.video import Progress
 
 SHEET, PRINTER = "sheet.json", "printer.json"
 THICKNESS = "Sheet thickness"
@@ -25,7 +24,7 @@ CALLIPER_SD_MM, RULER_SD_SHARE = 0.01, 0.001
 GOOD_PITCH_SD_SHARE, GOOD_INK_SD_UM = 5e-4, 8.0
 
 
-def print_charts(folder: BuildFolder, _: Progress | None) -> Reading:
+def print_charts(folder: BuildFolder, *_: object) -> Reading:
     """Write the pitch test."""
     from moireid.designer.chart import design_chart
 
@@ -35,26 +34,31 @@ def print_charts(folder: BuildFolder, _: Progress | None) -> Reading:
     return Reading()
 
 
-def read_charts(folder: BuildFolder, _: Progress | None) -> Reading:
+def read_charts(folder: BuildFolder, progress: Progress, readers: Readers) -> Reading:
     """The sheet's pitch and the growth of lines from the photo; the thickness from a calliper."""
     wish, chart = folder.wish, load_badge(folder.at(JSON))
     photo, scales = folder.found(SHEET_PHOTO), wish.measured_scale
     assert photo is not None
-    found = read_sheet(
-        photo,
-        chart,
-        distance_m=wish.distance_m,
-        focal_px=wish.focal_px,
-        measured_scale=scales[0] if scales else None,
-    )
+    along = scales and scales[0]
+    read = partial(read_sheet, chart=chart, distance_m=wish.distance_m, focal_px=wish.focal_px, measured_scale=along)
+    with readers([photo]) as reader:
+        found = film_read(photo, read, SheetReading, reader, progress)
     profile = found.profile
     if wish.thickness_mm is not None:
         lens = sheet_lens(profile.lens.pitch_mm, wish.thickness_mm, profile.lens.refractive_index)
         profile = msgspec.structs.replace(profile, lens=lens, found=profile.found | {"thickness_from": "a calliper"})
     save_profile(profile, folder.at(SHEET))
     save_profile(printer_profile(chart, found.ink, scales), folder.at(PRINTER))
-    thickness = _thickness(wish.thickness_mm, profile.lens.thickness_mm)
-    return Reading(figures=[_pitch(found), thickness, _ink(found), _scale(scales)])
+    pitch, *others = sheet_figures(found, scales)
+    return Reading(figures=[pitch, _thickness(wish.thickness_mm, profile.lens.thickness_mm), *others])
+
+
+def sheet_figures(found: SheetReading, scales: tuple[float, float] | None) -> list[Figure]:
+    """What a photograph of the pitch test shows: the sheet's pitch, the ink's spread, and the scale of the print.
+
+    Parameters: scales: measured over stated length of the scale bars, None if not measured.
+    """
+    return [_pitch(found), _ink(found), _scale(scales)]
 
 
 def _pitch(found: SheetReading) -> Figure:

@@ -16,6 +16,7 @@ from moireid.bringup.build_folder import Figure
 from moireid.lenticule import view_law
 from moireid.sheets import air_mm_per_gain, effective_gap_mm
 from moireid.verifier.fringes.signals import Measurement
+from moireid.verifier.identity.compare_built import agree
 from moireid.verifier.session.result import Report
 
 #: Figures within these need no action: air, mm; twist, degrees; share of the sharpest third harmonic; difference of two
@@ -45,7 +46,7 @@ def film_figures(
         _focus(built, badge),
         _twist(found, badge),
         _pitch(films, found, badge),
-        *([_repeats(built)] if len(built) > 1 else []),
+        *([_repeats(built, badge)] if len(built) > 1 else []),
         *_focal(reports),
     ]
 
@@ -155,15 +156,10 @@ def _reference(badge: Badge) -> float:
     return grating.cells[grating.code.reference_cell].pitch_mm
 
 
-def _repeats(built: Sequence[AsBuilt]) -> Figure:
+def _repeats(built: Sequence[AsBuilt], badge: Badge) -> Figure:
     """Whether the first two films agree, over their error bars."""
-    one, other = built[:2]
-    apart = [
-        (one.gain_ratio - other.gain_ratio, math.hypot(one.gain_sd, other.gain_sd)),
-        (math.remainder(one.offset_rad - other.offset_rad, 2 * math.pi), math.hypot(one.offset_sd, other.offset_sd)),
-        (one.twist_rad_per_mm - other.twist_rad_per_mm, math.hypot(one.twist_sd, other.twist_sd)),
-    ]
-    worst = max(abs(value) / max(sd, 1e-9) for value, sd in apart)
+    pairs = agree(built[1], built[0], badge)
+    worst = max(pairs[name].apart_sds or 0.0 for name in ("gain", "offset", "twist"))
     good = worst < GOOD_SDS
     words = "Of gain, offset and twist, the two films' greatest difference over its error bar."
     advice = "" if good else "The sheet moved, or the page bends: fix it, and film again."

@@ -22,6 +22,7 @@ from moireid.errors import MoireIdError, SpecError
 from moireid.names import JOINERS
 
 if TYPE_CHECKING:
+    from moireid.bringup.build_folder import Figure
     from moireid.fabrication.package import PrintResult
     from moireid.provenance import Standing
 
@@ -130,9 +131,10 @@ def _scale(text: str) -> tuple[float, float]:
     return parse_scale(text)
 
 
+SCALE = Parsed(_scale)
 scale_option = click.option(
     "--measured-scale",
-    type=Parsed(_scale),
+    type=SCALE,
     default=(1.0, 1.0),
     metavar="X[,Y]",
     help="Measured over stated length of the scale bars of an earlier print, such as 0.9973; corrects the size.",
@@ -193,6 +195,14 @@ def echo_lines(text: str) -> None:
         echo(line)
 
 
+def show_figures(figures: Iterable[Figure]) -> None:
+    """Print figures with their error bars, and what to do about those that are not good."""
+    for figure in figures:
+        echo(f" {'!' if figure.advice else ' '} {figure.name:<20} {figure.shown}")
+        if figure.advice:
+            echo_lines(click.wrap_text(f"{figure.words} {figure.advice}", 100, "     ", "     "))
+
+
 def fail(message: str) -> NoReturn:
     """Say one sentence on stderr and leave with exit code 2."""
     say(f"error: {message}")
@@ -208,17 +218,15 @@ def friendly(command: Callable[..., Any]) -> Callable[..., Any]:
             return command(*args, **kwargs)
         try:
             return command(*args, **kwargs)
+        except (BrokenPipeError, click.exceptions.Exit, click.ClickException, click.Abort):
+            raise
         except MoireIdError as error:
             fail(" ".join(str(error).split()))
-        except BrokenPipeError:
-            raise
         except OSError as error:
             name = f" ({error.filename})" if error.filename else ""
             fail(f"the system says: {error.strerror or error}{name}; check the path, the rights and the free space")
         except MemoryError:
             fail("there is not enough memory for this; use a shorter film or a smaller badge")
-        except (click.exceptions.Exit, click.ClickException, click.Abort):
-            raise
         # Only here is every error caught: a user must get a sentence, whatever went wrong.
         except Exception as error:  # noqa: BLE001
             kind = type(error).__name__
@@ -295,11 +303,16 @@ def progress_bar(label: str) -> Iterator[Callable[[int, int | None], None]]:
         if not sys.stderr.isatty():
             yield lambda done, total: check()
             return
-        with _bar(label) as update:
+        from rich.console import Console
+        from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+        columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+        with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+            task = bar.add_task(label, total=None)
 
             def step(done: int, total: int | None) -> None:
                 check()
-                update(done, total)
+                bar.update(task, completed=done, total=total)
 
             yield step
 
@@ -354,17 +367,6 @@ def interrupts() -> Iterator[Callable[[], None]]:
         signal.signal(signal.SIGINT, before)
 
 
-@contextmanager
-def _bar(label: str) -> Iterator[Callable[[int, int | None], None]]:
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task(label, total=None)
-        yield lambda done, total: bar.update(task, completed=done, total=total)
-
-
 track_option = click.option(
     "--track",
     type=click.IntRange(0),
@@ -375,7 +377,7 @@ focal_option = click.option(
     "--focal-px",
     type=FiniteRange(50, 100000),
     metavar="PX",
-    help="The camera's focal length in pixels, if known; else it is estimated from the film.",
+    help="The camera's focal length in pixels, if known; else it is estimated.",
 )
 camera_option = click.option(
     "--camera",

@@ -28,7 +28,6 @@ from moireid.errors import SpecError
 if TYPE_CHECKING:
     from moireid.asbuilt import AsBuilt
     from moireid.badge import Badge
-    from moireid.question import KnownCamera
     from moireid.registry import Record, Registry
     from moireid.verifier.session.known_figures import CaptureComparison
 
@@ -71,13 +70,12 @@ def enroll_command(
     registry_url: str | None,
     captures: tuple[Path, ...],
     measured_scale: float | None,
-    camera: KnownCamera | None,
-    track: int | None,
     unsealed: bool,
     replace: bool,
     reason: str | None,
     actor: str | None,
     as_json: bool,
+    **film: Any,
 ) -> None:
     """Enter a badge into the registry of who holds which badge.
 
@@ -109,7 +107,7 @@ def enroll_command(
         raise SpecError("--measured-scale is kept with the as-built figures; give a --capture too")
     as_built = None
     if captures:
-        as_built = _measured(badge, captures, camera, measured_scale, track, unsealed=unsealed)
+        as_built = _measured(badge, captures, unsealed=unsealed, measured_scale=measured_scale, **film)
     with open_registry(registry_url, create=True, actor=actor) as registry:
         registry.check_head()
         compared = None if as_built is None else _show_compared(registry, badge, as_built, reason)
@@ -130,26 +128,16 @@ def enroll_command(
             say(f"note: {note}")
 
 
-def _measured(
-    badge: Badge,
-    captures: tuple[Path, ...],
-    camera: KnownCamera | None,
-    measured_scale: float | None,
-    track: int | None,
-    *,
-    unsealed: bool,
-) -> AsBuilt:
-    """The as-built figures that the captures show."""
+def _measured(badge: Badge, captures: tuple[Path, ...], *, unsealed: bool, **how: Any) -> AsBuilt:
+    """The as-built figures that the captures show; how: as `measure_captures`."""
     from functools import partial
 
     from moireid.reading.film_orders import measure_captures
     from moireid.verifier.session.known_figures import checked_figures
 
-    order = partial(
-        measure_captures, films=captures, badge=badge, camera=camera, measured_scale=measured_scale, track=track
-    )
+    order = partial(measure_captures, films=captures, badge=badge, **how)
     with sealed_reader(captures, unsealed=unsealed) as reader, progress_bar("reading the captures") as progress:
-        return checked_figures(reader.read(order, progress).get("result"), badge)
+        return checked_figures(reader.read(order, progress).result, badge)
 
 
 def _show_compared(registry: Registry, badge: Badge, found: AsBuilt, reason: str | None) -> CaptureComparison:

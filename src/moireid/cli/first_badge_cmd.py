@@ -20,6 +20,7 @@ from moireid.cli.common import (
     overwrite_option,
     progress_bar,
     say,
+    show_figures,
     show_json,
 )
 from moireid.cli.sealed_reader import sealed_reader, unsealed_option
@@ -87,10 +88,9 @@ def first_badge_command(
     """
     from moireid.bringup.bring_up import advance
     from moireid.bringup.build_folder import open_folder
-    from moireid.bringup.sealed_steps import do_sealed
 
-    do = partial(do_sealed, readers=partial(sealed_reader, unsealed=unsealed))
-    made = advance(open_folder(folder, _read(wished)), watch=progress_bar, do=do)
+    readers = partial(sealed_reader, unsealed=unsealed)
+    made = advance(open_folder(folder, _read(wished)), watch=progress_bar, readers=readers)
     _show(made, as_json=as_json)
     _keep_printer(made.folder, overwrite=overwrite)
     if made.refused is not None:
@@ -129,7 +129,7 @@ def _read(wished: dict[str, Any]) -> dict[str, Any]:
 def _show(made: Advance, *, as_json: bool) -> None:
     """Print the figures and the next step."""
     figures = made.folder.figures()
-    notes = [note for name in made.did for note in made.folder.state.readings[name].notes]
+    notes = [note for name in made.did for note in made.folder.readings[name].notes]
     if as_json:
         import msgspec
 
@@ -151,10 +151,7 @@ def _show(made: Advance, *, as_json: bool) -> None:
         return
     for note in notes:
         say(f"note: {note}")
-    for figure in figures:
-        echo(f" {'!' if figure.advice else ' '} {figure.name:<20} {figure.shown}")
-        if figure.advice:
-            echo_lines(click.wrap_text(f"{figure.words} {figure.advice}", 100, "     ", "     "))
+    show_figures(figures)
     if figures:
         echo("")
     if made.refused is not None:

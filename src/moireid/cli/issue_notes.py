@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from typing import TYPE_CHECKING
 
 from moireid.errors import RegistryError
@@ -36,16 +36,13 @@ def known_holders(registry_url: str | None) -> Iterator[HolderOf | None]:
         yield registry.by_id
 
 
-@contextmanager
-def opened(registry_url: str | None) -> Iterator[Registry | None]:
+def opened(registry_url: str | None) -> AbstractContextManager[Registry | None]:
     """The registry that badges are issued in, made where it is absent; None without one."""
     if registry_url is None:
-        yield None
-        return
+        return nullcontext()
     from moireid.registry import open_registry
 
-    with open_registry(registry_url, create=True, actor=os.environ.get("MOIREID_ACTOR")) as registry:
-        yield registry
+    return open_registry(registry_url, create=True, actor=os.environ.get("MOIREID_ACTOR"))
 
 
 def namesake_notes(badges: Sequence[Badge], registry: Registry) -> list[str]:

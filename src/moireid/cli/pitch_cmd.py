@@ -11,16 +11,18 @@ from typing import TYPE_CHECKING
 import click
 
 from moireid.cli.common import (
+    SCALE,
     FiniteRange,
     FolderPath,
     echo,
+    focal_option,
     friendly,
     json_option,
     overwrite_option,
     paper_option,
     printer_dpi_option,
     progress_bar,
-    say,
+    show_figures,
     show_json,
 )
 from moireid.cli.sealed_reader import sealed_reader, unsealed_option
@@ -124,12 +126,10 @@ def pitch_test_command(
     metavar="M",
     help="Distance from camera to the sheet, in metres, if known.",
 )
-@click.option(
-    "--focal-px", type=FiniteRange(50, 100_000), metavar="PX", help="The camera's focal length in pixels, if known."
-)
+@focal_option
 @click.option(
     "--measured-scale",
-    "scale_text",
+    type=SCALE,
     metavar="X[,Y]",
     help="Measured over stated length of this chart's scale bars; needed for the pitch in true millimetres.",
 )
@@ -146,7 +146,7 @@ def calibrate_command(
     printer_out: str | None,
     distance_m: float | None,
     focal_px: float | None,
-    scale_text: str | None,
+    measured_scale: tuple[float, float] | None,
     unsealed: bool,
     overwrite: bool,
     as_json: bool,
@@ -170,7 +170,7 @@ def calibrate_command(
     """
     if camera:
         given: dict[str, object] = {"--chart": chart_json, "--printer-out": printer_out, "--distance": distance_m}
-        given |= {"--focal-px": focal_px, "--measured-scale": scale_text}
+        given |= {"--focal-px": focal_px, "--measured-scale": measured_scale}
         if wrong := [option for option, value in given.items() if value is not None]:
             raise SpecError(f"{wrong[0]} belongs to a lens sheet; leave it out with --camera")
         _camera(photo, out, paper, unsealed=unsealed, overwrite=overwrite, as_json=as_json)
@@ -180,7 +180,6 @@ def calibrate_command(
     from moireid.badge import load_badge
     from moireid.calibration.film_orders import film_read
     from moireid.calibration.sheet_reading import SheetReading, printer_profile, read_sheet
-    from moireid.designer.order import parse_scale
     from moireid.files import planned
     from moireid.profiles import keep_printer, printer_file, save_profile
 
@@ -190,18 +189,16 @@ def calibrate_command(
         raise SpecError(f"--out {out} must end in .json, by which --lens knows a lens profile")
     outs = [out] if printer_out is None else [out, printer_file(printer_out)]
     planned(outs, overwrite=overwrite, make_folders=False, kept=[chart_json, photo])
-    scales = parse_scale(scale_text) if scale_text else None
     chart = load_badge(chart_json)
-    along = scales and scales[0]
+    along = measured_scale and measured_scale[0]
     read = partial(read_sheet, chart=chart, distance_m=distance_m, focal_px=focal_px, measured_scale=along)
     with sealed_reader([photo], unsealed=unsealed) as reader, progress_bar("reading the pitch test") as progress:
         found = film_read(photo, read, SheetReading, reader, progress)
-    _say_notes(found)
     planned(outs, overwrite=overwrite, kept=[chart_json, photo])
     if printer_out is not None:
-        keep_printer(printer_profile(chart, found.ink, scales), printer_out, overwrite=overwrite)
+        keep_printer(printer_profile(chart, found.ink, measured_scale), printer_out, overwrite=overwrite)
     save_profile(found.profile, out)
-    _show(found, out, as_json=as_json)
+    _show(found, out, measured_scale, as_json=as_json)
     if not as_json:
         printer = [] if printer_out is None else ["--printer", printer_out]
         echo(f"Next: {shlex.join(['print-your-badge', 'NAME', '--lens', str(out), *printer])}")
@@ -240,20 +237,9 @@ def _camera(film: Path | None, out: Path, paper: str, *, unsealed: bool, overwri
     )
 
 
-def _say_notes(found: SheetReading) -> None:
-    """Say on stderr what the pictures do not show."""
-    profile = found.profile
-    if profile.found["distance_from"] == "a usual phone":
-        say(
-            f"note: the focal length is not known, so the camera's distance is guessed to be "
-            f"{profile.found['distance_mm'] / 1000:.2f} m; give --distance or --focal-px for a smaller error"
-        )
-    if found.ink.um is None:
-        say(f"note: the printer's ink growth is not measured: {found.ink.why}")
-
-
-def _show(read: SheetReading, out: Path, *, as_json: bool) -> None:
-    """Print the result."""
+def _show(read: SheetReading, out: Path, scales: tuple[float, float] | None, *, as_json: bool) -> None:
+    """Print the result, with the figures that first-badge shows of a sheet."""
+    from moireid.bringup.chart_steps import sheet_figures
     from moireid.sheets import MM_PER_INCH
 
     profile, ink = read.profile, read.ink
@@ -273,13 +259,5 @@ def _show(read: SheetReading, out: Path, *, as_json: bool) -> None:
             }
         )
         return
-    echo(f"{out}: pitch {pitch_mm:.5f} mm, sd {sd_mm:.5f} mm; {profile.name}")
-    echo(f"  {found['bands_used']} of {found['bands']} bands read; the match is at band {found['matching_band']:.2f}")
-    echo(f"  the sheet was rotated by {abs(found['twist_deg']):.2f} degrees, which is corrected")
-    if ink.um is not None:
-        echo(f"  the printer widens lines by {ink.um:.0f} um, sd {ink.sd_um:.0f} um")
-    if found["unit"] == "printed page":
-        echo(
-            "  the pitch is in mm of the printed page: right for badges from the same printer at the same scale; for "
-            "true mm, measure the scale bars and give --measured-scale"
-        )
+    echo(f"{out}: {profile.name}")
+    show_figures(sheet_figures(read, scales))

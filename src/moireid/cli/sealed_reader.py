@@ -22,27 +22,23 @@ unsealed_option = click.option(
 )
 
 
-def sealed_reader(
-    films: Sequence[Path], *, unsealed: bool, folder: Path | None = None
-) -> AbstractContextManager[Reader]:
+def sealed_reader(films: Sequence[Path], *, unsealed: bool) -> AbstractContextManager[Reader]:
     """What reads the films of a command, which begins to load; a note says what the system does not seal, once they
     have been read.
-
-    Parameters: folder: in which it may write.
     """
     if not unsealed:
         from moireid.reading.film_reader import warm_up
 
         warm_up()
-    return _noted_reader(films, unsealed=unsealed, folder=folder)
+    return _noted_reader(films, unsealed=unsealed)
 
 
 @contextmanager
-def _noted_reader(films: Sequence[Path], *, unsealed: bool, folder: Path | None) -> Iterator[Reader]:
+def _noted_reader(films: Sequence[Path], *, unsealed: bool) -> Iterator[Reader]:
     from moireid.reading.film_reader import film_reader
     from moireid.sandbox.seal import missing
 
-    with film_reader(films, unsealed=unsealed, folder=folder) as reader:
+    with film_reader(films, unsealed=unsealed) as reader:
         yield reader
         lacking = missing(reader.sealed)
     if lacking is not None:

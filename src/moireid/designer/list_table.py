@@ -24,15 +24,13 @@ SAVE_AS = "save it as “CSV UTF-8”"
 Cells = Mapping[str, str]
 
 
-def read_list(
-    data: bytes, *, source: str = "the list", needed: str = "name"
-) -> tuple[tuple[str, ...], list[tuple[int, Cells | SpecError]]]:
+def read_list(data: bytes, *, source: str = "the list") -> tuple[tuple[str, ...], list[tuple[int, Cells | SpecError]]]:
     """The columns of a list's bytes, in lower case, and each person's row number and cells by column, or its fault.
 
-    Parameters: source: names it in messages; needed: one of its columns.
+    Parameters: source: names it in messages.
     Raises: SpecError with the row, where it is no such list, or has a column twice.
     """
-    rows, separator = _rows(decoded(data, source), source, needed)
+    rows, separator = _rows(decoded(data, source), source)
     columns = tuple(cell.strip().lower() for cell in rows[0])
     for column in columns:
         if column and columns.count(column) > 1:
@@ -55,29 +53,19 @@ def decoded(data: bytes, source: str = "the list") -> str:
     for begin, what in WORKBOOKS.items():
         if data.startswith(begin):
             raise unreadable(source, f"it is {what}, no text; {SAVE_AS}")
-    if data.startswith((codecs.BOM_UTF32_LE, codecs.BOM_UTF32_BE)):
-        return data.decode("utf-32", errors="replace")
-    if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)) or b"\0" in data[:200]:
-        return _utf16(data, source)
+    # Spreadsheets call it "Unicode text".
+    utf16 = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
     try:
-        return data.decode("utf-8-sig")
+        return data.decode("utf-16" if utf16 else "utf-8-sig")
     except UnicodeDecodeError as error:
         row = data[: error.start].count(b"\n") + 1
-        raise unreadable(source, f"row {row} is not UTF-8, as of a plain CSV of Excel; {SAVE_AS}") from error
+        why = f"row {row} is not UTF-8, as of a plain CSV of Excel"
+        why = "it begins as UTF-16 and is cut or damaged" if utf16 else why
+        raise unreadable(source, f"{why}; {SAVE_AS}") from error
 
 
-def _utf16(data: bytes, source: str) -> str:
-    """UTF-16 text, which spreadsheets call "Unicode text"; without a byte order mark, the zero bytes show the order."""
-    marked = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
-    encoding = "utf-16" if marked else "utf-16-be" if data[:200:2].count(0) > data[1:200:2].count(0) else "utf-16-le"
-    try:
-        return data.decode(encoding)
-    except UnicodeDecodeError as error:
-        raise unreadable(source, f"it begins as UTF-16 and is cut or damaged; {SAVE_AS}") from error
-
-
-def _rows(text: str, source: str, needed: str) -> tuple[list[list[str]], str]:
-    """All rows, and the separator, found in the first line.  Raises: SpecError where it lacks the column `needed`."""
+def _rows(text: str, source: str) -> tuple[list[list[str]], str]:
+    """All rows, and the separator, found in the first line.  Raises: SpecError where it lacks the column name."""
     stated = text[4] if text[:4].lower() == "sep=" and text[4:5] in SEPARATORS else None
     # Excel's own line of one separator is no row of the sheet.
     # Not splitlines: it would split a name that contains a line separator into two people.
@@ -88,11 +76,11 @@ def _rows(text: str, source: str, needed: str) -> tuple[list[list[str]], str]:
     first = lines.readline().rstrip("\r\n")
     lines.seek(start)
     heads = {mark: _head(first, mark) for mark in ([stated] if stated else SEPARATORS)}
-    fitting = [mark for mark, head in heads.items() if needed in head]
+    fitting = [mark for mark, head in heads.items() if "name" in head]
     if not fitting:
         raise SpecError(
-            f"row 1 of {source} has no column {needed}; it must be '{needed}' or '{needed},line', got {first[:60]!r}; "
-            "write it above the first person"
+            f"row 1 of {source} has no column name; it must be 'name' or 'name,line', got {first[:60]!r}; write it "
+            "above the first person"
         )
     separator = max(fitting, key=lambda mark: len(heads[mark]))
     rows: list[list[str]] = []

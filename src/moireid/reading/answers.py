@@ -6,7 +6,6 @@ An honest answer always passes.  One that does not ends the check, and nothing o
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from functools import cache
 from typing import Annotated, Any, TypeVar
 
@@ -21,9 +20,7 @@ from moireid.verifier.report.report_page import Pictures
 Model = TypeVar("Model")
 #: Frames read, and the number expected.
 Count = Annotated[int, Meta(ge=0, le=1_000_000_000)]
-#: The identity that a film seems to show.
-Hex = Annotated[str, Meta(pattern=r"^[0-9a-f]{1,32}\Z")]
-#: What identification adds to a report, or answers without one; `reasons` as in a report.
+#: What identification adds to a report, or answers without one; its reasons are as in a report.
 IDENTIFIED = {
     "type": "object",
     "required": ["finding", "found_id", "reasons"],
@@ -31,6 +28,8 @@ IDENTIFIED = {
         "finding": {"enum": ["found", "nobody", "inconclusive"]},
         "found_id": {"type": ["string", "null"], "pattern": "^[0-9a-f]{1,32}$"},
     },
+    "if": {"properties": {"finding": {"const": "found"}}},
+    "then": {"properties": {"found_id": {"type": "string"}}},
 }
 
 
@@ -39,17 +38,6 @@ class FilmAnswer(msgspec.Struct, forbid_unknown_fields=True):
 
     result: dict[str, Any]
     pictures: Pictures = Pictures()
-
-
-class RegistryQuestion(msgspec.Struct, forbid_unknown_fields=True):
-    """What identification asks: whether an id is enrolled."""
-
-    holds: Hex
-
-
-def answer_to(question: object, enrolled: Callable[[str], bool], film: object) -> bool:
-    """The answer to a question of the process that reads a film.  Raises: MediaError if it is none."""
-    return enrolled(checked(question, RegistryQuestion, film).holds)
 
 
 class MalformedAnswer(MediaError):
@@ -85,8 +73,8 @@ def checked_identification(found: dict[str, Any], film: object) -> None:
     """Raise MediaError where what `identify` found breaks a rule of its schema, or of a report's if it has one."""
     found.pop("live_checks", None)
     _check(found, "identified", film)
-    # Without a report there are reasons alone.
-    _check(found, "identification" if "verdict" in found else "reasons", film)
+    if "verdict" in found:
+        _check(found, "identification", film)
 
 
 def _check(document: dict[str, Any], name: str, film: object) -> None:
@@ -100,8 +88,8 @@ def _check(document: dict[str, Any], name: str, film: object) -> None:
 @cache
 def _schemas() -> dict[str, str]:
     report = json.loads(report_schema())
-    reasons = {"properties": {"reasons": report["properties"]["reasons"]}, "$defs": report["$defs"]}
+    of_report = {"allOf": [{"properties": {"reasons": report["properties"]["reasons"]}}], "$defs": report["$defs"]}
     # Here the reasons are of the finding, and not of the report's verdict.
     identification = {name: rule for name, rule in report.items() if name not in ("if", "then")}
-    made = {"reasons": reasons, "identified": IDENTIFIED, "identification": identification}
-    return {"report": report_schema()} | {name: json.dumps(schema) for name, schema in made.items()}
+    made = {"report": report, "identified": IDENTIFIED | of_report, "identification": identification}
+    return {name: json.dumps(schema) for name, schema in made.items()}

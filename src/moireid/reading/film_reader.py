@@ -13,15 +13,15 @@ import os
 import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 from moireid import errors
 from moireid.errors import MediaError, MoireIdError
-from moireid.reading.answers import Count, checked, malformed
-from moireid.reading.film_orders import Order
+from moireid.reading.answers import Count, FilmAnswer, checked, malformed
+from moireid.reading.film_orders import Order, Progress
 from moireid.sandbox.file_access import Reach, reach
 from moireid.sandbox.process import Child, ForkServer, ProcessEnd, start
 from moireid.sandbox.seal import ProcessLimits
@@ -37,8 +37,6 @@ PROCESSOR_BYTES = 16 << 20
 #: no more frames are drawn, as chapters are not longer.  A report has 0.15 kB for each 4 s of film, 3.3 MB for a day.
 #: As Python objects an answer takes up to thirty times as much.
 ANSWER_BYTES = 8 << 20
-#: Largest file that a process with a folder may write there: as-built figures or a profile.
-WRITTEN_BYTES = 64 << 20
 #: What a process may answer, each a JSON object: other values would take up to thirty times their size in memory.
 ANSWERS = {"result", "pictures"}
 #: Time for a film of no size, and for each megabyte of it, s; a film of 100 kbit/s takes 10 s a megabyte.
@@ -48,6 +46,8 @@ SILENCE_S = 60.0
 #: Open files of the process: libraries, the film, and what a decoder opens of its own.
 OPEN_FILES = 256
 Answer = Callable[[dict[str, Any]], Any]
+#: Gives what reads films, as `film_reader` does.
+Readers = Callable[[Sequence[Path]], AbstractContextManager["Reader"]]
 
 
 def limits_of(films: Sequence[Path], *, written_bytes: int = 0) -> tuple[ProcessLimits, float]:
@@ -76,30 +76,26 @@ class Reader:
         """The parts of the seal that hold, as in `sandbox.seal.MEANS`; reported before the process had its order."""
         return (self._child.sealed or ()) if self._child is not None else ()
 
-    def read(
-        self, order: Order, progress: Callable[[int, int | None], None], answer: Answer | None = None
-    ) -> dict[str, Any]:
-        """What an order finds; answer: to the questions of the process.  Raises: MoireIdError."""
+    def read(self, order: Order, progress: Progress) -> FilmAnswer:
+        """What an order finds.  Raises: MoireIdError as it does; MediaError where the process fails or lies."""
         found: dict[str, Any] = {}
-        if self._child is None:
-            order(found.update, answer or (lambda question: None), progress)
-            return found
         film = named(self._films)
 
-        def handle(message: dict[str, Any]) -> Any:
+        def handle(message: dict[str, Any]) -> None:
             if "progress" in message:
                 progress(*checked(message["progress"], tuple[Count, Count | None], film))
-            if "ask" in message and answer is not None:
-                return answer(message["ask"])
             for key in message.keys() & ANSWERS:
                 if not isinstance(message[key], dict):
                     raise malformed(film, f"no {key}")
                 # What was answered counts once, so that no process fills this one's memory.
                 found.setdefault(key, message[key])
-            return None
 
-        converse(self._child, order, handle, self._films, self._seconds)
-        return found
+        if self._child is None:
+            for part in order(progress):
+                handle(part)
+        else:
+            converse(self._child, order, handle, self._films, self._seconds)
+        return checked(found, FilmAnswer, film)
 
 
 def converse(child: Child, order: object, handle: Answer, films: Sequence[Path], seconds: float) -> None:
@@ -139,16 +135,13 @@ def fault_of(ended: ProcessEnd, film: str) -> MoireIdError:
 
 
 @contextmanager
-def film_reader(films: Sequence[Path], *, unsealed: bool = False, folder: Path | None = None) -> Iterator[Reader]:
-    """What reads these films, until the block ends.
-
-    Parameters: unsealed: in this process; folder: in which it may write files, each of `WRITTEN_BYTES` at most.
-    """
+def film_reader(films: Sequence[Path], *, unsealed: bool = False) -> Iterator[Reader]:
+    """What reads these films, until the block ends; unsealed: in this process."""
     if unsealed or os.name == "nt":
         yield Reader()
         return
-    limits, seconds = limits_of(films, written_bytes=0 if folder is None else WRITTEN_BYTES)
-    child = _process(limits, reach(read=films, write=() if folder is None else [folder]))
+    limits, seconds = limits_of(films)
+    child = _process(limits, reach(read=films))
     try:
         yield Reader(child, films, seconds)
     finally:

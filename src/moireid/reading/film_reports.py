@@ -6,7 +6,7 @@ Convention: this process states what a film cannot show: its path and digest, th
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -15,7 +15,7 @@ from moireid.badge import Badge
 from moireid.errors import MediaError
 from moireid.files import kind_of_file
 from moireid.question import KnownCamera, Question
-from moireid.reading.answers import FilmAnswer, answer_to, checked, checked_identification, checked_report, malformed
+from moireid.reading.answers import FilmAnswer, checked_identification, checked_report, malformed
 from moireid.reading.film_orders import Progress, identify_film, judge_film, published_method
 from moireid.reading.film_reader import Reader
 from moireid.verifier.opened_file import OpenedFile
@@ -35,7 +35,7 @@ def judged_film(
         published_method()
     digest = _digest(film)
     order = partial(judge_film, film=film, question=question, pictures=pictures)
-    found = checked(reader.read(order, progress), FilmAnswer, film)
+    found = reader.read(order, progress)
     report = found.result
     report |= {"sealed": list(reader.sealed), "moireid": __version__}
     checked_report(report, film, question.barred)
@@ -53,17 +53,14 @@ def identified_film(
     track: int | None,
     reader: Reader,
     progress: Progress,
-    enrolled: Callable[[str], bool],
 ) -> dict[str, Any]:
-    """Whose badge a film shows, as JSON, with the parts of the seal under which it was read.
+    """Whose badge a film shows if it is enrolled, as JSON, with the parts of the seal under which it was read.
 
-    Parameters: enrolled: whether someone holds an id, which the reader may ask.
     Raises: MoireIdError as `verifier.identify` does; MediaError as `judged_film`.
     """
     digest = _digest(film)
     order = partial(identify_film, film=film, layouts=layouts, camera=camera, track=track)
-    answer = partial(answer_to, enrolled=enrolled, film=film)
-    found = checked(reader.read(order, progress, answer), FilmAnswer, film).result
+    found = reader.read(order, progress).result
     found |= {"sealed": list(reader.sealed)}
     checked_identification(found, film)
     if "input" in found:

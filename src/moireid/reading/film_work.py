@@ -15,4 +15,5 @@ def read(talk: Talk) -> None:
     """Read what the order asks for."""
     order: Order | None = talk.next()
     if order is not None:
-        order(talk.send, talk.ask, talk.progress)
+        for part in order(talk.progress):
+            talk.send(part)

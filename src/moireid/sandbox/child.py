@@ -23,6 +23,7 @@ import time
 from collections.abc import Callable
 from importlib import import_module
 from multiprocessing.connection import Connection
+from pkgutil import resolve_name
 from typing import Any
 
 from moireid.errors import MoireIdError
@@ -51,11 +52,6 @@ class Talk:
         # A file's name may have bytes that are no UTF-8; no reader of JSON takes what Python makes of them.
         text = json.dumps(answer, allow_nan=False, ensure_ascii=False)
         self._pipe.send_bytes(text.encode(errors="replace"))
-
-    def ask(self, question: dict[str, Any]) -> Any:
-        """The parent's answer to a question; None without a parent."""
-        self.send({"ask": question})
-        return self.next()
 
     def progress(self, done: int, of: int | None) -> None:
         """Report progress, but not more often than each `PROGRESS_S`."""
@@ -134,8 +130,7 @@ def _loaded(work: str) -> Callable[[Talk], None]:
     *before, last = work.split(",")
     for module in before:
         import_module(module)
-    module, _, name = last.partition(":")
-    found: Callable[[Talk], None] = getattr(import_module(module), name)
+    found: Callable[[Talk], None] = resolve_name(last)
     return found
 
 

@@ -7,7 +7,6 @@ Convention: a message is its length in bytes (four, big endian, signed) and its 
 
 from __future__ import annotations
 
-import select
 import socket
 import struct
 import time
@@ -15,17 +14,22 @@ import time
 LENGTH = struct.Struct("!i")
 #: Bytes that are read at a time.
 PIECE = 1 << 20
+#: Time that is no limit, s: without a limit one end would block, and with it the other, as both are one connection.
+NO_LIMIT_S = 1e6
+#: A wait of 0 s would be none for what is there already, s.
+LEAST_S = 1e-4
 
 
 class MessageChannel:
     """One end; one thread may send while another receives."""
 
     def __init__(self, end: socket.socket) -> None:
-        end.setblocking(False)
-        self._end, self._come = end, bytearray()
+        # Each way has a time limit of its own.
+        self._end, self._way_out, self._come = end, end.dup(), bytearray()
 
     def __del__(self) -> None:
         self._end.close()
+        self._way_out.close()
 
     def send(self, content: bytes, seconds: float | None) -> bool:
         """Send a message; False where the other end did not take it within `seconds` (None: no limit).
@@ -33,14 +37,11 @@ class MessageChannel:
         Convention: after False the connection is of no more use, as a part may have been sent.
         Raises: OSError where the other end is closed.
         """
-        last, rest = _end_of(seconds), memoryview(LENGTH.pack(len(content)) + content)
-        while rest:
-            if not self._ready(select.POLLOUT, last):
-                return False
-            try:
-                rest = rest[self._end.send(rest[:PIECE]) :]
-            except BlockingIOError:
-                continue
+        self._way_out.settimeout(NO_LIMIT_S if seconds is None else max(seconds, LEAST_S))
+        try:
+            self._way_out.sendall(LENGTH.pack(len(content)) + content)
+        except TimeoutError:
+            return False
         return True
 
     def receive(self, most: int, seconds: float | None) -> bytes | None:
@@ -48,14 +49,13 @@ class MessageChannel:
 
         Raises: ValueError where it is longer than `most` bytes; EOFError, OSError where the other end is closed.
         """
-        last = _end_of(seconds)
+        last = time.monotonic() + (NO_LIMIT_S if seconds is None else seconds)
         while (whole := self._whole(most)) is None:
-            if not self._ready(select.POLLIN, last):
-                return None
+            self._end.settimeout(max(last - time.monotonic(), LEAST_S))
             try:
                 piece = self._end.recv(PIECE)
-            except BlockingIOError:
-                continue
+            except TimeoutError:
+                return None
             if not piece:
                 raise EOFError
             self._come += piece
@@ -73,13 +73,3 @@ class MessageChannel:
         content = bytes(self._come[LENGTH.size : LENGTH.size + length])
         del self._come[: LENGTH.size + length]
         return content
-
-    def _ready(self, what: int, last: float | None) -> bool:
-        """Whether the connection can be used, or is closed, before that time."""
-        waiting = select.poll()
-        waiting.register(self._end, what)
-        return bool(waiting.poll(None if last is None else max(last - time.monotonic(), 0.0) * 1000))
-
-
-def _end_of(seconds: float | None) -> float | None:
-    return None if seconds is None else time.monotonic() + seconds

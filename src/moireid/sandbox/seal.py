@@ -110,7 +110,8 @@ def seal(reach: Reach, scratch: str) -> tuple[str, ...]:
         held.append(CALLS)
     except OSError:
         # No libseccomp here, or a kernel or container that allows no filter.  Then Landlock alone protects the film.
-        if FILES in held and not _keeps_whole():
+        # It forbids to truncate a file that may only be read since version 3, Linux 6.2 (its "Truncating files").
+        if FILES in held and landlock.version() < 3:
             held.remove(FILES)
     return tuple(name for name in MEANS if name in held)
 
@@ -128,14 +129,6 @@ def _no_new_privileges() -> bool:
     import ctypes
 
     return bool(ctypes.CDLL(None).prctl(38, 1, 0, 0, 0) == 0)
-
-
-def _keeps_whole() -> bool:
-    """Whether Landlock forbids to truncate a file that may only be read.
-
-    Source: its documentation, "Truncating files": since version 3 of its interface, Linux 6.2.
-    """
-    return landlock.version() >= 3
 
 
 def _close_files(reach: Reach, scratch: str) -> bool:

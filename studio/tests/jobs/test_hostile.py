@@ -25,9 +25,6 @@ from moireid_studio.jobs.claims import PreparedJob
 from moireid_studio.jobs.queue import Job, Jobs
 from moireid_studio.settings import Limits
 
-#: People whom a process may ask about.
-NO_ONE: Any = lambda badge_id: None  # noqa: E731
-
 
 def ended(jobs: Jobs, job: Job) -> None:
     """Wait for the end of a job."""
@@ -44,15 +41,15 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..
     """Does one job with a work of `kit.hostile_work`; the studio has two workers."""
     made: list[Jobs] = []
 
-    def one(work: str, kind: str = "verify", questions: int = 0) -> tuple[Job, Jobs]:
+    def one(work: str) -> tuple[Job, Jobs]:
         server = ForkServer(f"kit.hostile_work:{work}", sealed=True)
         for module in (child, queue):
             monkeypatch.setattr(module, "films", server)
         # Only what hangs is waited for to its end: on a busy machine others take longer than that to begin.
         limits = Limits(job_s=3.0 if work == "partial" else 100.0, stop_s=0.1)
-        made.append(jobs_of(tmp_path / work, limits, lambda _: PreparedJob(people=NO_ONE, questions=questions)))
+        made.append(jobs_of(tmp_path / work, limits, lambda _: PreparedJob()))
         made[-1].start()
-        job = made[-1].admit(kind, "somebody")
+        job = made[-1].admit("verify", "somebody")
         (job.folder / "film.mp4").write_bytes(b"film")
         made[-1].submit(job, job.folder / "film.mp4")
         ended(made[-1], job)
@@ -93,20 +90,9 @@ def test_it_cannot_have_itself_done_again(run: Callable[..., tuple[Job, Jobs]]) 
     assert (job.state, job.taken) == ("failed", 1) and job.problem is not None and job.problem[0] == "crash"
 
 
-def test_it_may_ask_as_often_as_a_film_needs(
-    run: Callable[..., tuple[Job, Jobs]], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Catches: a process that lists the registry's identities by asking for each of them."""
-    asked: list[object] = []
-    monkeypatch.setattr(workers, "answer_to", lambda question, people, film: asked.append(question) or [])
-    job, _ = run("questions", "identify", questions=6)
-    assert len(asked) == 6 and job.problem is not None and job.problem[0] == "crash"
-
-
 def judged_as(kind: str, result: Any, **wish: Any) -> dict[str, Any]:
     """What the studio makes of a result."""
-    said = workers.WorkerMessages(Job("0" * 32, kind, "somebody", Path("jobs"), wish=wish), PreparedJob())
-    return workers.checked_result(said, result)
+    return workers.checked_result(Job("0" * 32, kind, "somebody", Path("jobs"), wish=wish), result)
 
 
 @pytest.mark.slow

@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 import shutil
 import time
+from contextlib import AbstractContextManager
 from pathlib import Path
 
 import pytest
@@ -15,7 +16,8 @@ from click.testing import Result
 
 from kit.registries import badge_of, run, url_of
 from kit.witnesses import Witness
-from moireid.cli.verify.verify_options import ClaimWish
+from moireid.api.asking import ClaimContext, claim_context
+from moireid.cli.common import report_standing
 from moireid.cli.witness_options import WitnessCheck
 from moireid.errors import RegistryError
 from moireid.registry import holder_of, open_registry, public_view
@@ -137,17 +139,17 @@ def test_what_no_witness_has_seen_is_not_relied_on(grown, witnesses, tmp_path):
         registry.revoke("Bo", "lost")
         cy = registry.find("Cy").id
 
-    def claim(name: str) -> ClaimWish:
-        return ClaimWish(name, url_of(grown), None, None, None, witness_check=check)
+    def claim(name: str) -> AbstractContextManager[ClaimContext]:
+        return claim_context(name, None, url_of(grown), None, None, report_standing, check.require)
 
-    with claim("Ada").asked() as (found, look_up):
+    with claim("Ada") as (found, look_up):
         assert found.barred is None
         with pytest.raises(RegistryError) as unseen:
             look_up({"identity": {"verdict": "mismatch", "decoded_id": cy}, "badge": {"id": "0" * 16}})
     assert unseen.value.details["code"] == "not_witnessed"
-    with pytest.raises(RegistryError, match="witnesses have seen 3"), claim("Cy").asked():
+    with pytest.raises(RegistryError, match="witnesses have seen 3"), claim("Cy"):
         pass
-    with claim("Bo").asked() as (found, _):
+    with claim("Bo") as (found, _):
         assert found.barred is not None
     with open_registry(url_of(grown), create=False) as registry:
         assert holder_of(registry, cy) is not None
@@ -185,9 +187,9 @@ def _published(grown: Path, out: Path, *options: object, code: int = 0) -> Resul
 
 def bundle_code(bundle: Path, asked: tuple[VerifierKey, ...]) -> str | None:
     """The code by which a claim in a bundle is refused to a reader who asks for witnesses; None if it is not."""
-    wish = ClaimWish("Ada", None, None, bundle, None, witness_check=WitnessCheck(None, asked))
+    claimed = claim_context("Ada", None, None, bundle, None, report_standing, WitnessCheck(None, asked).require)
     try:
-        with wish.asked() as (found, _):
+        with claimed as (found, _):
             assert found.barred is None
     except RegistryError as error:
         assert "\n" not in str(error) and ";" in str(error)

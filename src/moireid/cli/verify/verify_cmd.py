@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Mapping
+from contextlib import AbstractContextManager
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -33,12 +34,13 @@ from moireid.cli.common import (
     track_option,
 )
 from moireid.cli.sealed_reader import sealed_reader, unsealed_option
-from moireid.cli.verify.verify_options import ClaimWish, level_option, witnessed_claim_options
+from moireid.cli.verify.verify_options import claim_options, level_option
+from moireid.cli.witness_options import witness_check
 from moireid.errors import SpecError
 
 if TYPE_CHECKING:
+    from moireid.api.asking import ClaimContext
     from moireid.attest.credentials import Form
-    from moireid.question import CheckLevel, KnownCamera, Question
     from moireid.verifier.report.circumstances import Circumstances
     from moireid.verifier.report.headline import Headline
 
@@ -99,7 +101,8 @@ GROUPS = {
 @click.command("verify", cls=GroupedCommand, groups=GROUPS)
 @click.argument("video", type=click.Path(path_type=Path))
 @friendly
-@witnessed_claim_options
+@witness_check
+@claim_options
 @camera_options
 @track_option
 @unsealed_option
@@ -113,6 +116,7 @@ GROUPS = {
 @level_option
 @click.option(
     "--cover",
+    "cover_share",
     type=click.FloatRange(0, 1),
     help="Least share of the film that must be judged, 0 to 1; below it the film is inconclusive.  [default: 0.5]",
 )
@@ -139,21 +143,17 @@ GROUPS = {
 @signing_options
 def verify_command(
     video: Path,
-    wish: ClaimWish,
-    camera: KnownCamera | None,
-    track: int | None,
+    claimed: AbstractContextManager[ClaimContext],
+    claim_files: list[Path | None],
     unsealed: bool,
     pipeline: str,
-    level: CheckLevel | None,
-    cover: float | None,
-    strength: int | None,
-    overlap: bool,
     report_folder: Path | None,
     overwrite: bool,
     as_json: bool,
     key_file: Path | None,
     attest_file: Path | None,
     form: Form | None,
+    **wanted: Any,
 ) -> None:
     """Check a film: is the badge real, and is it the claimed one?
 
@@ -168,21 +168,14 @@ def verify_command(
 
     if key_file is not None and unsealed:
         raise SpecError("--sign reads the film apart from the key, and --unsealed does not; leave one of them out")
-    kept = [*wish.files, video, key_file]
+    published, kept = pipeline == "published", [*claim_files, video, key_file]
     sign = planned_signing(video, key_file, attest_file, form, overwrite=overwrite, kept=kept)
     films = sealed_reader([video], unsealed=unsealed)
-    with wish.asked() as (found, look_up), films as reader:
-        question = replace(
-            found,
-            camera=camera,
-            track=track,
-            level=level,
-            cover_share=cover,
-            strength=strength,
-            overlap=overlap,
-            published=pipeline == "published",
-        )
-        _check_published(question, signed=sign is not None)
+    with claimed as (found, look_up), films as reader:
+        # The options of the film have the names of a question's fields.
+        question = replace(found, published=published, **wanted)
+        if published:
+            _check_published(wanted, signed=sign is not None)
         if report_folder is not None:
             planned(report_paths(report_folder), overwrite=overwrite, kept=kept)
         with progress_bar("reading the film") as progress:
@@ -199,18 +192,12 @@ def verify_command(
     sys.exit(VERDICT_EXIT[check.verdict])
 
 
-def _check_published(question: Question, *, signed: bool) -> None:
+def _check_published(wanted: Mapping[str, Any], *, signed: bool) -> None:
     """Raise SpecError for what the published method cannot do; only verdicts of our own are signed."""
-    wanted = {
-        "--camera": question.camera is not None and question.camera.calibrated,
-        "--overlap": question.overlap,
-        "--cover": question.cover_share is not None,
-        "--track": question.track is not None,
-        "--strength": question.strength is not None,
-        "--level": question.level is not None,
-    }
-    if question.published and signed:
+    if signed:
         raise SpecError("--sign is for verdicts of moireid's own pipeline; leave --pipeline published out")
     for name, asked in wanted.items():
-        if question.published and asked:
-            raise SpecError(f"--pipeline published cannot check {name}; leave one of them out")
+        # Of a camera it takes the focal length.
+        if asked not in (None, False) and not (name == "camera" and not asked.calibrated):
+            option = "--cover" if name == "cover_share" else f"--{name}"
+            raise SpecError(f"--pipeline published cannot check {option}; leave one of them out")

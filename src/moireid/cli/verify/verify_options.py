@@ -4,18 +4,13 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable
-from contextlib import AbstractContextManager
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
 from moireid.cli.common import bundle_option, registry_option, report_standing, trust_option
-from moireid.cli.witness_options import WitnessCheck, witness_check
-
-if TYPE_CHECKING:
-    from moireid.api.asking import ClaimContext
+from moireid.cli.witness_options import WitnessCheck
 
 #: Whose badge is claimed, in the order of the help.
 CLAIM_OPTIONS = (
@@ -40,41 +35,10 @@ level_option = click.option(
 )
 
 
-@dataclass(frozen=True)
-class ClaimWish:
-    """Whose badge is claimed, and where it is looked up; the names are those of the options."""
-
-    claim: str | None
-    registry_url: str | None
-    badge_json: Path | None
-    bundle_path: Path | None
-    trust: str | None
-    witness_check: WitnessCheck | None = None
-
-    @property
-    def files(self) -> list[Path | None]:
-        """The files that are read of the claim, which no output may replace."""
-        found = [self.bundle_path, self.badge_json]
-        if self.registry_url is None and (self.claim is None or self.bundle_path is not None):
-            return found
-        from moireid.registry.engine import own_file
-
-        return [*found, own_file(self.registry_url)]
-
-    def asked(self) -> AbstractContextManager[ClaimContext]:
-        """The claimed badge, from a bundle, a registry or a file alone; a bundle stays open for the look-up.
-
-        Raises: SpecError unless there is one claim and one place to look it up.
-        """
-        from moireid.api.asking import claim_context
-
-        require = self.witness_check.require if self.witness_check else None
-        place = self.registry_url, self.bundle_path, self.trust
-        return claim_context(self.claim, self.badge_json, *place, report_standing, require)
-
-
 def claim_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Give a command the options of a claim, and hand it their meaning as `wish`."""
+    """Give a command the options of a claim, and hand it `claimed`, where the badge is looked up, and `claim_files`,
+    the files that are read for it, which no output may replace.
+    """
 
     @functools.wraps(command)
     def wrapped(
@@ -87,14 +51,17 @@ def claim_options(command: Callable[..., Any]) -> Callable[..., Any]:
         witness_check: WitnessCheck | None = None,
         **given: Any,
     ) -> Any:
-        wish = ClaimWish(claim, registry_url, badge_json, bundle_path, trust, witness_check)
-        return command(*args, wish=wish, **given)
+        from moireid.api.asking import claim_context
+
+        require = witness_check.require if witness_check else None
+        claimed = claim_context(claim, badge_json, registry_url, bundle_path, trust, report_standing, require)
+        files = [bundle_path, badge_json]
+        if registry_url is not None or (claim is not None and bundle_path is None):
+            from moireid.registry.engine import own_file
+
+            files.append(own_file(registry_url))
+        return command(*args, claimed=claimed, claim_files=files, **given)
 
     for option in reversed(CLAIM_OPTIONS):
         wrapped = option(wrapped)
     return wrapped
-
-
-def witnessed_claim_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """As `claim_options`, with those by which witnesses are asked for."""
-    return witness_check(claim_options(command))

@@ -114,22 +114,16 @@ def _known(size_px: tuple[int, int], matrix: Array, displaced: Any) -> KnownCame
 
 def _rational(strengths: list[float]) -> Any:
     """OpenCV's radial model, k1, k2, (p1, p2,) k3 to k6."""
-    k1, k2, _, _, k3, k4, k5, k6 = (strengths + 8 * [0.0])[:8]
-
-    def displaced(radii: Array) -> Array:
-        square = radii**2
-        above = 1 + square * (k1 + square * (k2 + square * k3))
-        return np.asarray(radii * above / (1 + square * (k4 + square * (k5 + square * k6))))
-
-    return displaced
+    k1, k2, _, _, *more = (strengths + 8 * [0.0])[:8]
+    terms, at = np.array([k1, k2, 0, 0, *more]), np.zeros(3)
+    return lambda radii: cv2.projectPoints(_along(radii), at, at, np.eye(3), terms)[0][:, 0, 0]
 
 
 def _fisheye(strengths: list[float]) -> Any:
-    k1, k2, k3, k4 = (strengths + 4 * [0.0])[:4]
+    terms, at = np.array((strengths + 4 * [0.0])[:4]), np.zeros(3)
+    return lambda radii: cv2.fisheye.projectPoints(_along(radii)[None], at, at, np.eye(3), terms)[0][0, :, 0]
 
-    def displaced(radii: Array) -> Array:
-        angle = np.arctan(radii)
-        square = angle**2
-        return np.asarray(angle * (1 + square * (k1 + square * (k2 + square * (k3 + square * k4)))))
 
-    return displaced
+def _along(radii: Array) -> Array:
+    """Points at unit distance, to the right of the axis."""
+    return np.column_stack([radii, np.zeros_like(radii), np.ones_like(radii)])

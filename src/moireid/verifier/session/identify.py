@@ -32,7 +32,8 @@ class Identification:
     finding : {"found", "nobody", "inconclusive"}
         "found" needs an enrolled id and a motion that obeys the optics.
     found_id : str or None
-        The id, lower-case hex digits; None if no one was found.
+        The id that was read, lower-case hex digits; None if no one was found.  The finding holds if it is enrolled
+        (`of_enrolled`).
     reasons : tuple of Reason
         What the finding is based on.
     report : Report or None
@@ -63,13 +64,12 @@ class Identification:
 def identify(
     video: AnyPath,
     layouts: Iterable[Badge],
-    enrolled: Callable[[str], bool],
     *,
     camera: KnownCamera | None = None,
     track: int | None = None,
     progress: Progress | None = None,
 ) -> Identification:
-    """Find the enrolled badge that a film shows.
+    """Find the badge that a film shows, of those that may be enrolled.
 
     Parameters
     ----------
@@ -77,8 +77,6 @@ def identify(
         The film.
     layouts : iterable of Badge
         One badge of each layout that is enrolled.
-    enrolled : callable
-        From an id to whether it is enrolled, and its badge counts at present, as `moireid.registry.holds`.
     camera : KnownCamera, optional
         What is known of the film's camera.
     track : int, optional
@@ -98,8 +96,9 @@ def identify(
 
     Notes
     -----
-    Convention: "found" needs an enrolled id that is decoded, *and* all that `verify` needs of a film without a
-    question.  "nobody" is a readable badge that is not enrolled, or fringes that break the law.
+    Convention: "found" needs an id that is decoded, *and* all that `verify` needs of a film without a question.
+    "nobody" is fringes that break the law, or a code that they do not confirm.  Whether the id is enrolled is for
+    `of_enrolled`.
     Source: `verify` without a question, once for each layout.
     """
     order = {"found": 0, "nobody": 1, "inconclusive": 2}
@@ -116,16 +115,34 @@ def identify(
             reason = Reason("layout", "undecided", None, None, "", text)
             outcomes.append(Identification("inconclusive", None, (reason,), None))
             continue
-        outcomes.append(judge(report, enrolled))
+        outcomes.append(judge(report))
         if outcomes[-1].finding == "found":
             break
     if not outcomes:
         reason = Reason("enrolled", "fail", 0.0, 1.0, "badges", "No one is enrolled in this registry yet.")
         return Identification("nobody", None, (reason,), None)
-    return min(outcomes, key=lambda outcome: order[outcome.finding])
+    # An id that was read may turn out not to be enrolled, which is more definite than none that was read.
+    return min(outcomes, key=lambda outcome: (order[outcome.finding], outcome.found_id is None))
 
 
-def judge(report: Report, enrolled: Callable[[str], bool]) -> Identification:
+def of_enrolled(document: dict[str, Any], enrolled: Callable[[str], bool]) -> dict[str, Any]:
+    """An identification's JSON, where the id that was read must be enrolled, and its badge count at present.
+
+    Parameters: enrolled: from an id to whether that is so, as `moireid.registry.holds`.
+    """
+    read = document["found_id"]
+    if read is None or enrolled(read):
+        return document
+    text = (
+        "No one in this registry holds the badge that is shown: it was never issued here, was revoked, or its "
+        "holder was erased."
+    )
+    # The last reason is what was made of the id.
+    reasons = [*document["reasons"][:-1], Reason("enrolled", "fail", read, None, "", text).to_json()]
+    return document | {"finding": "nobody", "found_id": None, "reasons": reasons}
+
+
+def judge(report: Report) -> Identification:
     """The finding of one layout's report, made without a question."""
     invariant = report.invariant
     if invariant.verdict == "reject":
@@ -135,7 +152,7 @@ def judge(report: Report, enrolled: Callable[[str], bool]) -> Identification:
     unsure = tuple(one for one in report.reasons if one.code in ("tracks", "damaged") and one.level == "undecided")
     if unsure:
         return Identification("inconclusive", None, unsure, report)
-    found, reason = _whose(report.identity, enrolled)
+    found, reason = _whose(report.identity)
     reasons = (*report.reasons, reason)
     if reason.level == "fail":
         return Identification("nobody", None, reasons, report)
@@ -143,17 +160,11 @@ def judge(report: Report, enrolled: Callable[[str], bool]) -> Identification:
     return Identification("found" if clear else "inconclusive", found, reasons, report)
 
 
-def _whose(identity: Identity, enrolled: Callable[[str], bool]) -> tuple[str | None, Reason]:
-    """The enrolled id that was read, if any, and the reason."""
+def _whose(identity: Identity) -> tuple[str | None, Reason]:
+    """The id that was read, if any, and the reason."""
     read = identity.decoded_id
     if read is None:
         return None, Reason("identity", "undecided", None, None, "", "No identity can be read from the badge.")
-    if not enrolled(read):
-        text = (
-            "No one in this registry holds the badge that is shown: it was never issued here, was revoked, or its "
-            "holder was erased."
-        )
-        return None, Reason("enrolled", "fail", read, None, "", text)
     if identity.beats_agree is False:
         text = "The badge's code is that of one badge, and the fringes of its rows are those of another."
         return None, Reason("beats", "fail", read, None, "", text)

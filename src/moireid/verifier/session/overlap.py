@@ -146,10 +146,10 @@ def _broken(chapter: Chapter, times: Array, interval_s: tuple[float, float]) -> 
     if judged.broken_but_for_noise:
         failing += [one for one in judged.reasons if one.code in ("parts", "residual") and one.level == "undecided"]
     if failing:
-        why = failing[0]  # type: Reason | None
+        why = failing[0]
         text = f"While the badge is before the face, its fringes do not follow the optics: {why.text}"
         return Reason("overlap_law", why.level, why.measured, why.limit, why.unit, text)
-    why = judged.gain_apart_from(chapter.invariant)
+    why = judged.gain_apart_from(chapter.invariant)  # type: ignore[assignment]
     if why is None:
         return None
     text = f"While the badge is before the face, its fringes move otherwise than in the rest of the film: {why.text}"

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import json
-from typing import Any
 
 from fastapi import APIRouter, Request
 from fastapi.concurrency import run_in_threadpool
-from fastapi.responses import FileResponse, JSONResponse
+from fastapi.responses import FileResponse
 
 from moireid.sandbox.seal import ProcessLimits
 from moireid_studio.auth.guard import anyone
@@ -41,18 +40,18 @@ def film(request: Request) -> FileResponse:
 
 
 @router.post("/message")
-async def message(request: Request) -> JSONResponse:
-    """Take what a film's process says; the answer is what it gets back, or null."""
+async def message(request: Request) -> None:
+    """Take what a film's process says."""
     run = _run_of(request)
     body = await within(request, MOST_BYTES).body()
-    return JSONResponse(await run_in_threadpool(taken, run, body))
+    await run_in_threadpool(taken, run, body)
 
 
-def taken(run: Run, body: bytes) -> Any:
-    """What a message gets back.  Raises: Refusal 410 where it ends the job."""
+def taken(run: Run, body: bytes) -> None:
+    """Take a message.  Raises: Refusal 410 where it ends the job."""
     with run.lock:
         try:
-            return run.handle(json.loads(body))
+            run.handle(json.loads(body))
         # Whatever is wrong with it ends the job, in the thread that waits for it.
         except Exception as error:
             run.fault = error

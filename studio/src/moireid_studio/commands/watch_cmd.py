@@ -9,19 +9,20 @@ import signal
 import sys
 import threading
 from collections.abc import Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from contextlib import AbstractContextManager, contextmanager
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from moireid.cli.common import VERDICT_EXIT, FiniteRange, focal_option, friendly, say, show_json
 from moireid.cli.verify.verify_cmd import show_verdict
-from moireid.cli.verify.verify_options import ClaimWish, claim_options, level_option
+from moireid.cli.verify.verify_options import claim_options, level_option
 from moireid_studio.commands.watch_display import LiveLines, json_line
 
 if TYPE_CHECKING:
-    from moireid.question import CheckLevel, Question
+    from moireid.api.asking import ClaimContext
+    from moireid.question import Question
     from moireid.verifier.report.circumstances import Circumstances
     from moireid_studio.watch.source import Source
 
@@ -60,20 +61,6 @@ OPTIONS = (
 )
 
 
-@dataclass(frozen=True)
-class WatchWish:
-    """What was asked for, as it was typed; the names are those of the options."""
-
-    wish: ClaimWish
-    source: str
-    challenge: bool
-    seconds: float
-    cover_share: float
-    level: CheckLevel | None
-    focal_px: float | None
-    as_json: bool
-
-
 def _options(command: Any) -> Any:
     for option in reversed(OPTIONS):
         command = option(command)
@@ -85,7 +72,9 @@ def _options(command: Any) -> Any:
 @friendly
 @claim_options
 @_options
-def watch_command(**given: Any) -> None:
+def watch_command(
+    source: str, claimed: AbstractContextManager[ClaimContext], challenge: bool, as_json: bool, **wanted: Any
+) -> None:
     """Check a camera or a stream as it comes.
 
     The verdict on the last seconds is shown as it goes. Ctrl-C, or the end of the stream, gives the verdict on all of
@@ -107,34 +96,38 @@ def watch_command(**given: Any) -> None:
     """
     from moireid_studio.watch.source import check_prompts, source_of
 
-    wish = WatchWish(**given)
-    source = source_of(wish.source)
-    if wish.challenge:
-        check_prompts(source)
-    with wish.wish.asked() as (found, look_up):
-        document = _watched(wish, source, found)
+    stream = source_of(source)
+    if challenge:
+        check_prompts(stream)
+    with claimed as (found, look_up):
+        document = _watched(stream, found, wanted, challenge=challenge, as_json=as_json)
         known = look_up(document)
-    if wish.as_json:
+    if as_json:
         show_json(document)
     else:
-        _show(document, known, source)
+        _show(document, known, stream)
     sys.exit(VERDICT_EXIT[document["verdict"]])
 
 
-def _watched(wish: WatchWish, source: Source, found: Question) -> dict[str, Any]:
-    """The verdict's document; the claim is this process's own word, and so is the registry."""
+def _watched(
+    source: Source, found: Question, wanted: dict[str, Any], *, challenge: bool, as_json: bool
+) -> dict[str, Any]:
+    """The verdict's document; the claim is this process's own word, and so is the registry.
+
+    Parameters: wanted: the other options, by name.
+    """
     from moireid.question import KnownCamera
     from moireid.sandbox.seal import missing
     from moireid_studio.challenge.challenge import draw_prompts
     from moireid_studio.watch.order import WatchOrder
     from moireid_studio.watch.watching import watch
 
-    prompts = draw_prompts(0.0) if wish.challenge else None
-    camera = None if wish.focal_px is None else KnownCamera(wish.focal_px)
-    question = replace(found, camera=camera, cover_share=wish.cover_share, level=wish.level)
+    prompts = draw_prompts(0.0) if challenge else None
+    camera = None if wanted["focal_px"] is None else KnownCamera(wanted["focal_px"])
+    question = replace(found, camera=camera, cover_share=wanted["cover_share"], level=wanted["level"])
     order = WatchOrder(source, question, prompts)
     with _stopped() as stop:
-        document = watch(order, wish.seconds, stop, json_line if wish.as_json else LiveLines().show)
+        document = watch(order, wanted["seconds"], stop, json_line if as_json else LiveLines().show)
     sealed = tuple(document["sealed"])
     if (lacking := missing(sealed)) is not None:
         say(f"note: the process that read the stream {lacking}: this system has no means against that")

@@ -14,8 +14,6 @@ from moireid_studio.jobs.task import Task
 
 #: How soon a stop is noticed.
 LOOK_S = 0.25
-#: How long a process may take to read an answer that it has asked for, and waits for.
-ANSWER_S = 10.0
 #: It loads the verifier, some seconds long, for all films; a film's process is sealed.
 films = ForkServer("moireid_studio.jobs.work:judge", sealed=True)
 #: For badges that are made; it begins with the first of them.
@@ -43,7 +41,7 @@ def run_task(
     wall_s: float,
     stopping: Callable[[], bool],
 ) -> None:
-    """Do a task in its own process; `handle` gets each of its messages, and what it returns, unless None, goes back.
+    """Do a task in its own process; `handle` gets each of its messages.
 
     Raises: JobFailure where the film is at fault, the process crashes or takes too long, or `stopping` says so; the
         process is ended then.  OSError where no process can be started.
@@ -79,6 +77,5 @@ def _listen(
             continue
         # How it is sealed is what it reported before it had its film.
         message["sealed"] = list(child.sealed or ())
-        if (back := handle(message)) is not None:
-            child.send(back, min(rest, ANSWER_S))
+        handle(message)
     raise JobFailure("time", f"This film takes longer than the {wall_s:g} s that one may take here.")

@@ -16,11 +16,11 @@ from moireid.badge import Badge, badge_from_json
 from moireid.errors import RegistryError
 from moireid.idcodes import specimen_of
 from moireid.lenticule import view_law
-from moireid.provenance import BadgeHolder, Seal, Standing
+from moireid.provenance import Seal, Standing
 from moireid.question import KnownCamera, Question
 from moireid.reading.film_orders import Order, identify_film, judge_film, measure_captures
-from moireid.registry import Registry, claimed, claimed_by_file, holder_of
-from moireid_studio.jobs.task import MOST_OF_A_LAYOUT, Law
+from moireid.registry import Registry, claimed, claimed_by_file
+from moireid_studio.jobs.task import Law
 from moireid_studio.problems import Refusal
 from moireid_studio.store.job import Job
 
@@ -30,15 +30,13 @@ MOST_LAWS = 8
 
 @dataclass(frozen=True)
 class PreparedJob:
-    """What a job's process gets: order, laws and arguments as in `Task`; people: whom it may ask about, and how often;
-    found: the claimed badge, standing: of the registry, each None where there is none.
+    """What a job's process gets: order, laws and arguments as in `Task`; found: the claimed badge, standing: of the
+    registry, each None where there is none.
     """
 
     order: Order | None = None
     laws: Sequence[Law] = ()
     arguments: dict[str, Any] = field(default_factory=dict)
-    people: Callable[[str], BadgeHolder | None] | None = None
-    questions: int = 0
     found: Question | None = None
     standing: Standing | None = None
 
@@ -61,14 +59,7 @@ def prepared(job: Job, registry: Registry, trust: str | None, maker: Callable[[]
     if job.kind == "identify":
         layouts = registry.layouts()
         order = partial(identify_film, film=film, layouts=layouts, camera=camera)
-        most = MOST_OF_A_LAYOUT * len(layouts)
-        return PreparedJob(
-            order,
-            laws_of(layouts),
-            people=partial(holder_of, registry),
-            questions=most,
-            standing=registry.standing(trust),
-        )
+        return PreparedJob(order, laws_of(layouts), standing=registry.standing(trust))
     if job.kind == "capture":
         return PreparedJob(partial(measure_captures, films=[film], badge=badge_from_json(wish["badge_json"])))
     return PreparedJob(arguments=dict(wish) | dict(maker()))

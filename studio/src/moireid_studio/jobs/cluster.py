@@ -1,8 +1,8 @@
 """Films judged on other machines, by the workers of a Dask scheduler, each in a sealed process as here.
 
 A worker fetches the film from the studio by HTTP, with a token for this one job (`api.work_api`), and passes on by the
-same token what the film's process says.  So the studio checks each message as one of a process of its own, and answers
-questions to the registry; a worker has no registry, no database and no key.
+same token what the film's process says.  So the studio checks each message as one of a process of its own; a worker has
+no registry, no database and no key.
 Dask gives the film of a lost worker to another one, three times (its setting `allowed-failures`).  Where the job was
 removed, or the studio has ended, the token opens nothing any more, and the worker ends the film's process.
 """
@@ -80,10 +80,9 @@ def judge_there(remote: RemoteTask) -> tuple[str, str] | None:
     return None
 
 
-def _hand_on(remote: RemoteTask, message: dict[str, Any]) -> object:
-    """Give a message to the studio; returns its answer.  Raises: JobFailure where the job is no more."""
-    with _ask(remote, "message", json.dumps(message).encode()) as answer:
-        return json.load(answer)
+def _hand_on(remote: RemoteTask, message: dict[str, Any]) -> None:
+    """Give a message to the studio.  Raises: JobFailure where the job is no more."""
+    _ask(remote, "message", json.dumps(message).encode()).close()
 
 
 def _ask(remote: RemoteTask, what: str, content: bytes | None = None) -> Any:

@@ -1,7 +1,6 @@
 """A piece of work that a process is given.
 
-It loads none of the packages that the work needs, so that the server does not pay for them.  The name in a result is
-the server's own word (`with_name`).
+It loads none of the packages that the work needs, so that the server does not pay for them.
 """
 
 from __future__ import annotations
@@ -13,7 +12,6 @@ from typing import Any
 
 from moireid.badge import Lens
 from moireid.lenticule import ViewLaw
-from moireid.provenance import BadgeHolder
 from moireid.reading.film_orders import Order
 
 #: The signals of a film that was verified, in the folder of its job.
@@ -43,15 +41,3 @@ class Task:
     order: Order | None = None
     laws: Sequence[Law] = ()
     arguments: dict[str, Any] = field(default_factory=dict)
-
-
-#: An honest film asks, for each layout: is the id that was read enrolled (`verifier.session.identify`)?  More questions
-#: would list the registry's ids.
-MOST_OF_A_LAYOUT = 1
-
-
-def with_name(result: dict[str, Any], people: Callable[[str], BadgeHolder | None]) -> dict[str, Any]:
-    """A result of identification with the name of the one who was found.  Raises: RegistryError."""
-    found = result.get("found_id")
-    holder = people(found) if isinstance(found, str) else None
-    return result | {"found_name": holder.name if holder else None}

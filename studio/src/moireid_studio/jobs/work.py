@@ -1,8 +1,7 @@
 """The work of a film's own process: a film in, a verdict out.  Nothing here knows of requests or pages.
 
 Loading this module loads all packages of the work.  A process that has loaded it is forked for each job, so that the
-job can begin at once (`child.py`).  The process may be in a stranger's hands, so it never gets the registry: it may ask
-one question, which the server answers.
+job can begin at once (`child.py`).  The process may be in a stranger's hands, so it never gets the registry.
 """
 
 from __future__ import annotations
@@ -28,4 +27,5 @@ def judge(talk: Talk) -> None:
     os.chdir(task.folder)
     for law in task.laws:
         know_law(*law)
-    task.order(talk.send, talk.ask, talk.progress)
+    for part in task.order(talk.progress):
+        talk.send(part)

@@ -19,27 +19,26 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from moireid.api.asking import with_holder
 from moireid.badge import badge_from_json
 from moireid.errors import MoireIdError, RegistryError
 from moireid.reading.answers import (
     Count,
     MalformedAnswer,
-    answer_to,
     checked,
     checked_identification,
     checked_report,
     malformed,
 )
-from moireid.registry import Registry, holds
+from moireid.registry import Registry
 from moireid.sandbox.seal import ProcessLimits
 from moireid.verifier.report.report_page import Pictures
-from moireid.verifier.session.claim import with_badge_notes
 from moireid.verifier.session.known_figures import checked_figures
 from moireid_studio.http.metrics import Metrics
 from moireid_studio.jobs.child import JobFailure, run_task
 from moireid_studio.jobs.claims import PreparedJob
 from moireid_studio.jobs.cluster import JUDGED, Cluster
-from moireid_studio.jobs.task import PACKAGE, SIGNALS, Task, with_name
+from moireid_studio.jobs.task import PACKAGE, SIGNALS, Task
 from moireid_studio.problems import Refusal
 from moireid_studio.settings import Limits
 from moireid_studio.store.database import patiently
@@ -65,13 +64,11 @@ class WorkerMessages:
     """What a job's process has said so far, checked."""
 
     job: Job
-    ready: PreparedJob
-    questions: int = 0
     noted_s: float = field(default_factory=time.monotonic)
 
     def begin(self) -> None:
         """A process begins with the film, which another one may have had before."""
-        self.questions, self.job.result, self.job.kept, self.job.frames = self.ready.questions, None, {}, (0, None)
+        self.job.result, self.job.kept, self.job.frames = None, {}, (0, None)
 
 
 class Doer:
@@ -141,7 +138,7 @@ class Doer:
             ready = patiently(lambda: self.prepare(job), stopping=stopping)
             _know(job, ready)
             task = Task(job.kind, job.folder, job.video, ready.order, ready.laws, ready.arguments)
-            said = WorkerMessages(job, ready)
+            said = WorkerMessages(job)
             said.begin()
             handle = partial(self._handle, said)
             if self.cluster is not None and job.kind in JUDGED:
@@ -165,17 +162,9 @@ class Doer:
             return "system", f"No process could be started ({error.strerror}); try again later."
         return None
 
-    def _handle(self, said: WorkerMessages, message: dict[str, Any]) -> object:
-        """Take a message in; returns the answer to a question.
-
-        Raises: MalformedAnswer, RegistryError, JobWithdrawal.
-        """
-        job, people, film = said.job, said.ready.people, said.job.video
-        if "ask" in message:
-            said.questions -= 1
-            if said.questions < 0 or people is None:
-                raise malformed(film, "more questions than a film needs")
-            return patiently(lambda: answer_to(message["ask"], partial(holds, people), film))
+    def _handle(self, said: WorkerMessages, message: dict[str, Any]) -> None:
+        """Take a message in.  Raises: MalformedAnswer, RegistryError, JobWithdrawal."""
+        job, film = said.job, said.job.video
         if "progress" in message:
             job.frames = checked(message["progress"], tuple[Count, Count | None], film)
             if time.monotonic() - said.noted_s > PROGRESS_S:
@@ -188,33 +177,29 @@ class Doer:
             result = checked(message["result"], dict[str, Any], film)
             if job.kind in JUDGED:
                 result["sealed"] = message["sealed"]
-            job.result = self._own_words(said, checked_result(said, result))
+            job.result = self._own_words(job, checked_result(job, result))
         else:
             if job.kept:
                 raise malformed(film, "pictures twice")
             pictures = checked(message.get("pictures"), Pictures, film)
             job.kept = keep_pictures(job, pictures)
-        return None
 
-    def _own_words(self, said: WorkerMessages, result: dict[str, Any]) -> dict[str, Any]:
+    def _own_words(self, job: Job, result: dict[str, Any]) -> dict[str, Any]:
         """A result with the server's own word, and not that of the process that reads the film."""
-        job, people = said.job, said.ready.people
         if job.standing is not None:
             result["registry"] = job.standing.to_json()
         if job.film_sha256 is not None and isinstance(result.get("input"), dict):
             result["input"]["sha256"] = job.film_sha256
-        if people is not None:
-            result = patiently(lambda: with_name(result, people))
-        if job.kind == "identify" and self._registry is not None:
-            result = with_notes(self._registry, result)
+        registry = self._registry
+        if job.kind == "identify" and registry is not None:
+            return patiently(lambda: with_holder(result, registry))
         return result
 
 
-def checked_result(said: WorkerMessages, result: dict[str, Any]) -> dict[str, Any]:
+def checked_result(job: Job, result: dict[str, Any]) -> dict[str, Any]:
     """What a process found, as it must be; it can still be untrue.  Raises: MalformedAnswer."""
-    job, found = said.job, said.ready.found
     if job.kind == "verify":
-        checked_report(result, job.video, None if found is None else found.barred)
+        checked_report(result, job.video, job.barred)
     elif job.kind == "identify":
         checked_identification(result, job.video)
     elif job.kind == "capture":
@@ -234,21 +219,6 @@ def keep_pictures(job: Job, pictures: Pictures) -> dict[str, Any]:
         (job.folder / name).write_bytes(content)
     (job.folder / SIGNALS).write_text(pictures.signals, encoding="utf-8")
     return {"files": list(pictures.files), "frame_s": pictures.frame_s}
-
-
-def with_notes(registry: Registry, result: dict[str, Any]) -> dict[str, Any]:
-    """An identification with what is to be said of the badge that was found, of which the decoder knows nothing."""
-    found = result.get("found_id")
-    if not isinstance(found, str) or not isinstance(result.get("reasons"), list):
-        return result
-    try:
-        record = registry.by_id(found)
-    except RegistryError as error:
-        _log.error("%s", error)
-        return result
-    if record is None:
-        return result
-    return with_badge_notes(result, measured=record.as_built is not None)
 
 
 def _know(job: Job, ready: PreparedJob) -> None:
