@@ -13,8 +13,6 @@ kernel alone takes seconds.
 from __future__ import annotations
 
 import importlib
-import importlib.abc
-import importlib.machinery
 import importlib.util
 import math
 import os
@@ -43,7 +41,9 @@ BOUNDS_MM = 0.05
 CAD_PACKAGES = ("trimesh", "manifold3d", "lib3mf", "build123d")
 #: Where surfaces touch, float32 vertices leave overlaps thinner than 1e-5 mm; more than this is interference, mm3.
 TOUCH_MM3 = 0.01
-#: Between neighbouring facets of a bend, rad: the knee of `moireid bench fabricate`, 2 um off in a sixth of a second.
+#: How far facets of what is printed may be off the true surface, mm.
+FACET_MM = 0.05
+#: Between neighbouring facets of a bend, rad, which decides on a mount's small bends: the knee of `moireid bench fabricate`, 2 um off in a sixth of a second.
 FACET_ANGLE_RAD = 0.1
 
 Corner = tuple[float, float, float]
@@ -67,7 +67,10 @@ class Body:
 def cad_package(name: str, purpose: str = "a mount, which you may leave out,") -> Any:
     """Import an optional CAD package.  Raises: MissingExtraError that names the extra where it is not installed."""
     try:
-        with _less_loaded(), _some_home():
+        with _some_home():
+            if name == "build123d":
+                # It imports this for curves that no mount has, which takes a third of its own time to load.
+                _load_on_use("sympy")
             return importlib.import_module(name)
     except ImportError as error:
         raise missing_extra(purpose, name, "cad") from error
@@ -87,44 +90,22 @@ def _some_home() -> Iterator[None]:
             del os.environ["HOME"]
 
 
-#: What build123d imports for curves that no mount has; it takes a third of what build123d takes to load.
-LOADED_ON_USE = ("sympy",)
+def _load_on_use(name: str) -> None:
+    """Have a package loaded when a name of it is first used.
 
-
-class _LazyFinder(importlib.abc.MetaPathFinder):
-    """Finds the packages of `LOADED_ON_USE`, and has each loaded when a name of it is first used."""
-
-    def find_spec(self, fullname: str, path: Any = None, target: Any = None) -> importlib.machinery.ModuleSpec | None:
-        """As `importlib` asks; None for all other packages."""
-        if fullname not in LOADED_ON_USE:
-            return None
-        spec = importlib.machinery.PathFinder.find_spec(fullname, path)
-        if spec is not None and spec.loader is not None:
-            spec.loader = importlib.util.LazyLoader(spec.loader)
-        return spec
-
-
-@contextmanager
-def _less_loaded() -> Iterator[None]:
-    """Within it, what `LOADED_ON_USE` names is imported and not loaded yet."""
-    finder = _LazyFinder()
-    sys.meta_path.insert(0, finder)
-    try:
-        yield
-    finally:
-        sys.meta_path.remove(finder)
-
-
-def export_stl(part: Any, path: Path, *, tolerance_mm: float, angle_rad: float = FACET_ANGLE_RAD) -> None:
-    """Write a build123d part as binary STL, mm, its facets at most tolerance_mm off the true surface.
-
-    angle_rad: between neighbouring facets of a bend; on a mount's small bends it decides, not the tolerance.
-    Raises: FabricationError where the tolerance is not positive, or the kernel cannot write.
+    Source: Python's documentation of `importlib`, implementing lazy imports.
     """
-    if not (math.isfinite(tolerance_mm) and tolerance_mm > 0):
-        raise FabricationError(f"tolerance_mm={tolerance_mm:g} must be positive; 0.05 suits most printers")
+    if name in sys.modules or (spec := importlib.util.find_spec(name)) is None or spec.loader is None:
+        return
+    spec.loader = importlib.util.LazyLoader(spec.loader)
+    sys.modules[name] = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(sys.modules[name])
+
+
+def export_stl(part: Any, path: Path) -> None:
+    """Write a build123d part as binary STL, mm.  Raises: FabricationError where the kernel cannot write."""
     b3d = cad_package("build123d")
-    if not b3d.export_stl(part, path, tolerance=tolerance_mm, angular_tolerance=angle_rad):
+    if not b3d.export_stl(part, path, tolerance=FACET_MM, angular_tolerance=FACET_ANGLE_RAD):
         raise FabricationError(f"{path.suffix} file in {path.parent} could not be written; check the disk")
 
 
@@ -141,8 +122,18 @@ def check_stl(path: Path, body: Body) -> Any:
         raise refused("STL file", "holds triangles that face both ways", "all facing outwards")
     volume_mm3 = float(mesh.volume)
     check_volume("STL file", volume_mm3, body.volume_mm3, STL_VOLUME_SHARE)
-    _check_bounds("STL file", (tuple(mesh.bounds[0]), tuple(mesh.bounds[1])), body)
-    _check_manifold(mesh, volume_mm3)
+    off_mm = float(np.abs(mesh.bounds - [body.lower_mm, body.upper_mm]).max())
+    if not off_mm <= BOUNDS_MM:
+        low, high = np.round(mesh.bounds, 3).tolist()
+        wanted = f"{np.round(body.lower_mm, 3).tolist()} to {np.round(body.upper_mm, 3).tolist()} mm"
+        raise refused(
+            "STL file",
+            f"reaches from {low} to {high} mm",
+            f"{wanted} give or take {BOUNDS_MM:g} mm",
+            off_mm=off_mm,
+        )
+    got_mm3 = float(solid_of(mesh, "STL file").volume())
+    check_volume("STL file as manifold3d reads it", got_mm3, volume_mm3, MANIFOLD_VOLUME_SHARE)
     return mesh
 
 
@@ -158,12 +149,6 @@ def read_mesh(path: Path) -> Any:
     return mesh
 
 
-def _check_manifold(mesh: Any, volume_mm3: float) -> None:
-    """Let manifold3d build a solid of the mesh: it refuses one whose edges do not each join two triangles."""
-    got_mm3 = float(solid_of(mesh, "STL file").volume())
-    check_volume("STL file as manifold3d reads it", got_mm3, volume_mm3, MANIFOLD_VOLUME_SHARE)
-
-
 def check_volume(what: str, got_mm3: float, wanted_mm3: float, share: float) -> None:
     """Raise FabricationError where a volume is off by more than a share of what is wanted."""
     if not abs(got_mm3 - wanted_mm3) <= share * wanted_mm3:
@@ -173,19 +158,6 @@ def check_volume(what: str, got_mm3: float, wanted_mm3: float, share: float) -> 
             f"{wanted_mm3:.1f} mm³ give or take {100 * share:g} %",
             volume_mm3=got_mm3,
             expected_mm3=wanted_mm3,
-        )
-
-
-def _check_bounds(what: str, corners: tuple[tuple[float, ...], tuple[float, ...]], body: Body) -> None:
-    got = np.array(corners, dtype=float)
-    wanted = np.array([body.lower_mm, body.upper_mm])
-    off_mm = float(np.abs(got - wanted).max())
-    if not off_mm <= BOUNDS_MM:
-        raise refused(
-            what,
-            f"reaches from {got[0].round(3).tolist()} to {got[1].round(3).tolist()} mm",
-            f"{wanted[0].round(3).tolist()} to {wanted[1].round(3).tolist()} mm give or take {BOUNDS_MM:g} mm",
-            off_mm=off_mm,
         )
 
 

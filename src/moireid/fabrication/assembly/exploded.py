@@ -199,18 +199,18 @@ def plain_parts(badge: Badge, process: MountProcess) -> list[Part]:
 
 def card_part(badge: Badge, card_mm: float) -> Part:
     """The printed card, its gratings and markers sketched."""
-    x0, y0, x1, y1 = in_frame(badge.outline_mm, badge)
+    x0, y0, x1, y1 = outline = in_frame(badge.outline_mm, badge)
     marks: list[tuple[Loop, float]] = []
     hints: list[tuple[Point, Point]] = []
     for grating in badge.gratings:
         corners = corners_in_frame(badge, grating, grating.rect_mm)
         marks.append((corners, 0.8))
-        hints += _lines(corners)
+        hints += lines_across(corners)
     for square, whites in marker_squares(badge):
         marks.append((box_loop(in_frame(square, badge)), 0.2))
         marks += [(box_loop(in_frame(white, badge)), 1.0) for white in whites]
     size = f"{card_mm:g} mm; {x1 - x0:g} × {y1 - y0:g} mm"
-    body = prism(((x0, y0), (x1, y0), (x1, y1), (x0, y1)), 0.0, card_mm)
+    body = prism(box_loop(outline), 0.0, card_mm)
     return Part("printed card", size, (body,), 1.0, tuple(marks), tuple(hints))
 
 
@@ -220,7 +220,7 @@ def front_parts(badge: Badge, low: float, film_mm: float) -> list[Part]:
     middle = low + lens.thickness_mm
     several = f"{len(loops)} " if len(loops) > 1 else ""
     plural = "s" if several else ""
-    hints = [line for corners in loops for line in _lines(corners)]
+    hints = [line for corners in loops for line in lines_across(corners)]
     body = tuple(prism(loop, low, middle) for loop in loops)
     if lens.kind != "mask":
         name = f"{several}lens sheet{plural}"
@@ -232,10 +232,10 @@ def front_parts(badge: Badge, low: float, film_mm: float) -> list[Part]:
     ]
 
 
-def _lines(corners: tuple[Point, ...]) -> list[tuple[Point, Point]]:
+def lines_across(corners: Sequence[Point], step_mm: float = HINT_MM) -> list[tuple[Point, Point]]:
     """Sketched lines across a rectangle's axis, along which its first two corners lie."""
     (ax, ay), (bx, by), (cx, cy), (dx, dy) = corners
-    count = max(2, int(math.hypot(bx - ax, by - ay) / HINT_MM))
+    count = max(2, int(math.hypot(bx - ax, by - ay) / step_mm))
     steps = [k / count for k in range(1, count)]
     return [((ax + s * (bx - ax), ay + s * (by - ay)), (dx + s * (cx - dx), dy + s * (cy - dy))) for s in steps]
 
