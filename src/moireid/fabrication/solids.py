@@ -3,8 +3,8 @@
 A CAD kernel writes a broken shape without any error.  So every file is read again, the STL by two packages that share
 no code with the kernel.  Meshes are checked for interference, overhangs and thin walls.
 
-A 3MF file, a few lines of XML in a zip archive, is written here directly, so that the same badge gives the same bytes.
-It is read back by lib3mf, the format's reference reader, which shares no code with the writer.
+A 3MF file holds the mesh that was checked as STL; lib3mf, the format's reference implementation, writes it and reads it
+back.
 
 Convention: mm and mm³, in the part's own frame.  The CAD packages are imported where they are used, because the
 kernel alone takes seconds.
@@ -12,19 +12,20 @@ kernel alone takes seconds.
 
 from __future__ import annotations
 
+import ctypes
 import importlib
+import importlib.machinery
 import importlib.util
 import math
 import os
 import sys
 import tempfile
-import zipfile
+import uuid
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
-from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
@@ -43,7 +44,8 @@ CAD_PACKAGES = ("trimesh", "manifold3d", "lib3mf", "build123d")
 TOUCH_MM3 = 0.01
 #: How far facets of what is printed may be off the true surface, mm.
 FACET_MM = 0.05
-#: Between neighbouring facets of a bend, rad, which decides on a mount's small bends: the knee of `moireid bench fabricate`, 2 um off in a sixth of a second.
+#: Between neighbouring facets of a bend, rad, which decides on a mount's small bends: the knee of
+#: `moireid bench fabricate`, 2 um off in a sixth of a second.
 FACET_ANGLE_RAD = 0.1
 
 Corner = tuple[float, float, float]
@@ -68,9 +70,8 @@ def cad_package(name: str, purpose: str = "a mount, which you may leave out,") -
     """Import an optional CAD package.  Raises: MissingExtraError that names the extra where it is not installed."""
     try:
         with _some_home():
-            if name == "build123d":
-                # It imports this for curves that no mount has, which takes a third of its own time to load.
-                _load_on_use("sympy")
+            if name == "build123d" and not {"sympy", name} & sys.modules.keys():
+                sys.meta_path.insert(0, _LoadedOnUse)
             return importlib.import_module(name)
     except ImportError as error:
         raise missing_extra(purpose, name, "cad") from error
@@ -90,16 +91,22 @@ def _some_home() -> Iterator[None]:
             del os.environ["HOME"]
 
 
-def _load_on_use(name: str) -> None:
-    """Have a package loaded when a name of it is first used.
+class _LoadedOnUse:
+    """Finds sympy, and has it loaded when a name of it is first used.
 
-    Source: Python's documentation of `importlib`, implementing lazy imports.
+    build123d imports it for curves that no mount has, and it takes a third of what build123d takes to load.
     """
-    if name in sys.modules or (spec := importlib.util.find_spec(name)) is None or spec.loader is None:
-        return
-    spec.loader = importlib.util.LazyLoader(spec.loader)
-    sys.modules[name] = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(sys.modules[name])
+
+    @classmethod
+    def find_spec(cls, name: str, path: object = None, target: object = None) -> importlib.machinery.ModuleSpec | None:
+        """As `importlib` asks; None for all other packages."""
+        if name != "sympy":
+            return None
+        sys.meta_path.remove(cls)
+        spec = importlib.util.find_spec(name)
+        if spec is not None and spec.loader is not None:
+            spec.loader = importlib.util.LazyLoader(spec.loader)
+        return spec
 
 
 def export_stl(part: Any, path: Path) -> None:
@@ -181,51 +188,27 @@ OVERHANG_DEG = 44.0
 STEP_MM = 0.42
 #: Overhang that is accepted all the same, mm2: tips of the chamfer at the bed's corners.
 MOST_OVERHANG_MM2 = 1.0
-_CORE = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02"
-_TYPES = (
-    '<?xml version="1.0" encoding="UTF-8"?>\n'
-    '<Types xmlns="http://schemas.openxmlformats.org/package/2006/content-types">'
-    '<Default Extension="rels" ContentType="application/vnd.openxmlformats-package.relationships+xml"/>'
-    '<Default Extension="model" ContentType="application/vnd.ms-package.3dmanufacturing-3dmodel+xml"/></Types>\n'
-)
-_RELATIONS = (
-    '<?xml version="1.0" encoding="UTF-8"?>\n'
-    '<Relationships xmlns="http://schemas.openxmlformats.org/package/2006/relationships">'
-    '<Relationship Target="/3D/3dmodel.model" Id="rel0" '
-    'Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/></Relationships>\n'
-)
 
 
 def export_3mf(bodies: Sequence[tuple[str, Any, Rgba]], path: Path) -> None:
-    """Write named trimesh bodies as the objects of one 3MF file, mm, each in its colour.
-
-    Source: 3MF core specification 1.3, sections 3 to 5 (base materials).
-    """
-    shades, objects, items = [], [], []
-    # Resources share one row of ids, and a group must come before the objects that name it.
-    group = len(bodies) + 1
-    for number, (name, mesh, colour) in enumerate(bodies, start=1):
-        shades.append(f'<base name={quoteattr(name)} displaycolor="#{bytes(colour).hex().upper()}"/>')
-        shade = f' pid="{group}" pindex="{number - 1}"'
-        vertices = "".join(f'<vertex x="{x:.6g}" y="{y:.6g}" z="{z:.6g}"/>' for x, y, z in mesh.vertices.tolist())
-        triangles = "".join(f'<triangle v1="{a}" v2="{b}" v3="{c}"/>' for a, b, c in mesh.faces.tolist())
-        objects.append(
-            f'<object id="{number}" type="model" name={quoteattr(name)}{shade}><mesh><vertices>{vertices}</vertices>'
-            f"<triangles>{triangles}</triangles></mesh></object>"
-        )
-        items.append(f'<item objectid="{number}"/>')
-    model = (
-        f'<?xml version="1.0" encoding="UTF-8"?>\n<model unit="millimeter" xml:lang="en-US" xmlns="{_CORE}">'
-        f'<resources><basematerials id="{group}">{"".join(shades)}</basematerials>{"".join(objects)}</resources>'
-        f"<build>{''.join(items)}</build></model>\n"
-    )
-    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
-        parts = {"[Content_Types].xml": _TYPES, "_rels/.rels": _RELATIONS, "3D/3dmodel.model": model}
-        for name, text in parts.items():
-            # A fixed date, so that the same badge always gives the same bytes.
-            entry = zipfile.ZipInfo(name, (1980, 1, 1, 0, 0, 0))
-            entry.compress_type = zipfile.ZIP_DEFLATED
-            archive.writestr(entry, text)
+    """Write named trimesh bodies as the objects of one 3MF file, mm, each in its colour."""
+    lib3mf = cad_package("lib3mf")
+    wrapper = lib3mf.get_wrapper()
+    model = wrapper.CreateModel()
+    group = model.AddBaseMaterialGroup()
+    for name, mesh, colour in bodies:
+        body = model.AddMeshObject()
+        body.SetName(name)
+        corners = [lib3mf.Position((ctypes.c_float * 3)(*vertex)) for vertex in mesh.vertices.tolist()]
+        body.SetGeometry(corners, [lib3mf.Triangle((ctypes.c_uint32 * 3)(*face)) for face in mesh.faces.tolist()])
+        material = group.AddMaterial(name, wrapper.RGBAToColor(*colour))
+        body.SetObjectLevelProperty(group.GetResourceID(), material)
+        item = model.AddBuildItem(body, wrapper.GetIdentityTransform())
+        # Names of its own making would differ from run to run, and the same badge is to give the same bytes.
+        body.SetUUID(str(uuid.uuid5(uuid.NAMESPACE_OID, name)))
+        item.SetUUID(str(uuid.uuid5(uuid.NAMESPACE_OID, f"item {name}")))
+    model.SetBuildUUID(str(uuid.uuid5(uuid.NAMESPACE_OID, "build")))
+    path.write_bytes(bytes(model.QueryWriter("3mf").WriteToBuffer()))
 
 
 def check_3mf(path: Path, bodies: Sequence[Body], colours: Sequence[Rgba]) -> None:

@@ -65,10 +65,10 @@ class BuildPlan:
 
 def needs(build: BuildPlan) -> list[str]:
     """What to buy, to have and to make."""
-    badge, mount = build.badge, build.parts.printed
+    badge, mount, figures = build.badge, build.parts.printed, build.parts.figures.printed
     width, height = (badge.outline_mm[2 + k] - badge.outline_mm[k] for k in (0, 1))
     found = [
-        f"Card: white, matt, 200 to 300 g/m² (about {build.parts.figures.printed.card_mm:g} mm thick), cut to {width:g} × {height:g} mm"
+        f"Card: white, matt, 200 to 300 g/m² (about {figures.card_mm:g} mm thick), cut to {width:g} × {height:g} mm"
     ]
     found += dict.fromkeys(_front(build))
     if build.adhesive_mm:
@@ -223,8 +223,8 @@ def _seen(build: BuildPlan, turn: str, bands: str) -> str:
     """What a builder sees, and until when to turn."""
     run = f" Move your head to the right: they run to the {'right' if sketches.runs_right(build.badge) else 'left'}."
     return (
-        f"Look at it from {look_m(build.badge):g} m. You see wide dark bands. {turn} those of the plain rows (top, middle and "
-        f"bottom) {bands}, as here; in the other rows they jump."
+        f"Look at it from {look_m(build.badge):g} m. You see wide dark bands. {turn} those of the plain rows (top, "
+        f"middle and bottom) {bands}, as here; in the other rows they jump."
     ) + (run if build.badge.gratings[0].axis == "x" else "")
 
 
@@ -270,7 +270,8 @@ def _carried(build: BuildPlan) -> Step:
         words = "Put the clip's hook through the slot from behind, and let the bar drop into it."
         return ("Put on the clip", words, partial(sketches.carried, build.badge, "clip", build.slots))
     if build.parts.printed == "stand":
-        words = f"Set the mount's bottom edge into the groove. It leans back by {build.parts.figures.printed.stand_deg:g}°."
+        lean_deg = build.parts.figures.printed.stand_deg
+        words = f"Set the mount's bottom edge into the groove. It leans back by {lean_deg:g}°."
         return ("Set it on the stand", words, partial(sketches.carried, build.badge, "stand", 0))
     words = "Hang it from both slots. On one hook a badge turns by itself, and its bands move."
     if build.slots < 2:

@@ -81,8 +81,8 @@ def _draw_parts(sheet: PdfPage, build: BuildPlan, views: list[tuple[str, list[Pa
     settings = _listed("Print settings", assembly_words.settings(build))
     columns, parts = [need, settings], build.parts
     if parts.acrylic:
-        heading = "The mount, in acrylic" if parts.printed == "none" else "Or, in place of the printed mount, in acrylic"
-        columns = [need + settings, _listed(heading, assembly_words.acrylic(parts.acrylic))]
+        instead = "The mount" if parts.printed == "none" else "Or, in place of the printed mount"
+        columns = [need + settings, _listed(f"{instead}, in acrylic", assembly_words.acrylic(parts.acrylic))]
     words = _side_by_side(columns, (right - LEFT_MM - COLUMN_GAP_MM) / 2)
     words_top = sheet.page_mm[1] - FOOT_MM - words.wrapOn(sheet.canvas, 0, 0)[1] / POINTS_PER_MM
     words.drawOn(sheet.canvas, LEFT_MM * POINTS_PER_MM, FOOT_MM * POINTS_PER_MM)

@@ -138,9 +138,7 @@ OPEN: dict[str, Reason] = {
     "camera": ("the picture may have been zoomed, reframed or stabilised", ORIGINAL),
     "mixed_frames": ("frames are mixed with their neighbours", ORIGINAL),
     "small": ("the badge is too small in the picture", NEARER),
-    "covered": (
-        "something covers the badge", "Ask for another film in which no hand, caption or glare covers it."
-    ),
+    "covered": ("something covers the badge", "Ask for another film in which no hand, caption or glare covers it."),
     "pose_outliers": ("the badge does not look flat in too many frames", NEARER),
     "tracks": (
         "players may show other pictures than those judged",
@@ -160,9 +158,7 @@ OPEN: dict[str, Reason] = {
         "Look at the bar of seconds: judge only those, or ask for a film that shows the badge throughout.",
     ),
     "corners": ("the badge's markers are hidden", NEARER),
-    "piece": (
-        "the film is in pieces that are too short", "Check the pieces one by one, or ask for a longer film."
-    ),
+    "piece": ("the film is in pieces that are too short", "Check the pieces one by one, or ask for a longer film."),
     "identity": ("whose badge it is cannot be read", NEARER),
     "beats": ("the badge's code could not be confirmed", NEARER),
     "cells_move": ("the badge's code does not quite move with its rows", NEARER),
