@@ -46,11 +46,6 @@ class SolidPart:
     shape: Any
     touches: tuple[str, ...] = ()
 
-    @property
-    def kind(self) -> str:
-        """Its name without the number."""
-        return kind_of(self.name)
-
     @cached_property
     def mesh(self) -> Any:
         """A trimesh mesh of it, mm; made once, as it takes longer than all that is made of it."""
@@ -131,12 +126,11 @@ def acrylic_parts(plan: AcrylicPlan) -> tuple[SolidPart, ...]:
     """The stack's parts from behind to the front, each where it was planned."""
     sheets = _sheets(plan.sheets, plan.card_mm, plan.sheet_top, ("page",))
     pad = [_part("pad", box(plan.page, -plan.pad_mm, 0.0), "base")] if plan.layers else []
-    base, *frames, _, _ = plan.plates
     return (
-        _part("base", _plate(base)),
+        _part("base", _plate(plan.base)),
         *pad,
         _part("page", box(plan.page, 0.0, plan.card_mm), "pad" if pad else "base"),
-        *(_part(plate.name, _plate(plate), below.name) for below, plate in pairwise([base, *frames])),
+        *(_part(plate.name, _plate(plate), below.name) for below, plate in pairwise([plan.base, *plan.frames])),
         *sheets,
         _part("lips", _plate(plan.lips), sheets[0].name),
         _part("cover", _plate(plan.cover), "lips"),

@@ -168,10 +168,10 @@ def check_volume(what: str, got_mm3: float, wanted_mm3: float, share: float) -> 
         )
 
 
-def refused(what: str, got: str, allowed: str, **details: object) -> FabricationError:
+def refused(what: str, got: str, allowed: str, whose: str = "part's", **details: object) -> FabricationError:
     """The error of a file that failed its check."""
     return FabricationError(
-        f"the part's {what} {got}, allowed is {allowed}; nothing was kept: choose other process figures, "
+        f"the {whose} {what} {got}, allowed is {allowed}; nothing was kept: choose other process figures, "
         "and report this if the defaults fail",
         **details,
     )

@@ -15,16 +15,16 @@ import math
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 from xml.sax.saxutils import quoteattr
 
 from moireid.badge import Point
-from moireid.errors import FabricationError
 from moireid.fabrication.acrylic.contours import Contour
 from moireid.fabrication.acrylic.plates import AcrylicPlan, Plate
 from moireid.fabrication.process_figures import LEAST_LAND_MM
-from moireid.fabrication.solids import cad_package
+from moireid.fabrication.solids import cad_package, refused
 from moireid.fabrication.text.outlines import line_strokes
 from moireid.fabrication.text.shaping import shape_line
 
@@ -124,12 +124,8 @@ def check_found(what: str, found: dict[str, list[list[Vertex]]], drawing: Cuttin
                 )
 
 
-def refused_drawing(what: str, got: str, allowed: str) -> FabricationError:
-    """The error of a drawing that failed its check."""
-    return FabricationError(
-        f"the acrylic parts' {what} {got}, allowed is {allowed}; nothing was kept: choose other process figures, and "
-        "report this if the defaults fail"
-    )
+#: The error of a drawing that failed its check.
+refused_drawing = partial(refused, whose="acrylic parts'")
 
 
 HAIRLINE_MM = 0.1

@@ -79,17 +79,16 @@ class Plate:
 class AcrylicPlan:
     """The stack of a badge.
 
-    base, frame, cover: the plates; lips: the film between frame and cover; more_frames: further plates of a frame that
-    one does not make; layers, pad_mm: how many layers of card are below the page, and their thickness together; sheets:
-    each lens sheet's rectangle; page: the board's; card_mm and sheet_top: the page's thickness and the lenses' height;
+    base, frames, cover: the plates, of which several make a frame that one does not; lips: the film between frames and
+    cover; layers, pad_mm: how many layers of card are below the page, and their thickness together; sheets: each lens
+    sheet's rectangle; page: the board's; card_mm and sheet_top: the page's thickness and the lenses' height;
     clearance_mm: at each register edge; twist_deg: the most that page and lens can turn against each other within it;
     squeeze_mm: how far the sheet is above the frame; screws: places of the M3 screws; screw_mm: their least length
     below the head.
     """
 
     base: Plate
-    frame: Plate
-    more_frames: tuple[Plate, ...]
+    frames: tuple[Plate, ...]
     lips: Plate
     cover: Plate
     layers: int
@@ -107,7 +106,7 @@ class AcrylicPlan:
     @property
     def plates(self) -> tuple[Plate, ...]:
         """What is cut by laser, from behind to the front."""
-        return (self.base, self.frame, *self.more_frames, self.lips, self.cover)
+        return (self.base, *self.frames, self.lips, self.cover)
 
     @property
     def stocks(self) -> tuple[str, ...]:
@@ -149,7 +148,7 @@ def plan_acrylic(badge: Badge, process: AcrylicProcess | None = None) -> Acrylic
     slots = (-width / 4, width / 4) if width >= 2 * SLOT_MM[0] + 60.0 else (0.0,) if width >= SLOT_MM[0] + 60.0 else ()
     holes += tuple(_rectangle(slot_x, slot_y, slot_y, (x, half_y + middle)) for x in slots)
     base = Plate("base", process.base_mm, -pad_mm - process.base_mm, outline, holes)
-    frame, *more = (
+    frames = tuple(
         Plate(f"frame-{k + 1}" if k else "frame", frame_mm, k * frame_mm - pad_mm, outline, (window, *holes))
         for k in range(count)
     )
@@ -159,8 +158,7 @@ def plan_acrylic(badge: Badge, process: AcrylicProcess | None = None) -> Acrylic
     cover = Plate("cover", STOCK_MM[0], sheet_top + process.lips_mm, outline, (cover_window, *holes))
     return AcrylicPlan(
         base,
-        frame,
-        tuple(more),
+        frames,
         lips,
         cover,
         layers=layers,
