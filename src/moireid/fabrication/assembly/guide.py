@@ -118,7 +118,7 @@ def _side_by_side(columns: Sequence[Sequence[Paragraph]], wide_mm: float) -> Tab
     # A cell leaves out what its first paragraph has above it and its last one below.
     style |= {"TOPPADDING": ABOVE_POINTS, "BOTTOMPADDING": BELOW_POINTS}
     commands = [(name, (0, 0), (-1, -1), value) for name, value in style.items()]
-    return Table([columns], (wide_mm + COLUMN_GAP_MM) * POINTS_PER_MM, style=commands)
+    return Table([list(columns)], (wide_mm + COLUMN_GAP_MM) * POINTS_PER_MM, style=commands)
 
 
 def _draw_steps(sheet: PdfPage, found: list[Step]) -> None:
