@@ -100,18 +100,15 @@ def prism(loop: Loop, low: float, high: float) -> Piece:
     loop = loop if signed_area(loop) > 0 else loop[::-1]
     count = len(loop)
     bottom, top = ([project((*place, level)) for place in loop] for level in (low, high))
-    # A wall is seen if its corners run anticlockwise on the page.
-    seen = [signed_area((bottom[k], bottom[(k + 1) % count], top[(k + 1) % count])) > 0 for k in range(count)]
-    lines = [(*top, top[0])]
-    silhouette = []
+    lines: list[Loop] = [(*top, top[0])]
+    silhouette: list[Point] = []
     for k in range(count):
-        after = (k + 1) % count
-        if seen[k]:
-            lines.append((bottom[k], bottom[after]))
-        if seen[k] or seen[k - 1]:
-            lines.append((bottom[k], top[k]))
-        # The silhouette follows the lower edges of the walls that are seen, and the upper ones of the others.
-        silhouette += [bottom[k], bottom[after]] if seen[k] else [top[k], top[after]]
+        wall = (top[k], bottom[k], bottom[(k + 1) % count], top[(k + 1) % count])
+        # A wall is seen if its corners run anticlockwise on the page; the silhouette follows its lower edge then, and
+        # else its upper one.
+        seen = signed_area(wall) > 0
+        lines += [wall] if seen else []
+        silhouette += wall[1:3] if seen else [wall[0], wall[3]]
     return Piece((tuple(silhouette),), tuple(lines), low, high, loop)
 
 
