@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from moireid.badge import Badge, CodedFrame
 from moireid.fabrication.assembly import sketches
@@ -20,7 +20,6 @@ from moireid.sheets import MM_PER_INCH
 
 if TYPE_CHECKING:
     from moireid.fabrication.acrylic.plates import AcrylicPlan
-    from moireid.fabrication.mount_parts import Parts
 
 #: Who makes the sheet: the command line, or the studio.
 Maker = Literal["command", "studio"]
@@ -40,10 +39,13 @@ Step = tuple[str, str, sketches.Draw]
 
 @dataclass(frozen=True)
 class BuildPlan:
-    """What is built: a badge with its mounts, by whom; for_all: the badge is one of a list that share the sheet."""
+    """What is built: a badge with its mounts, by whom.
+
+    parts: `mount_parts.Parts`, whose file imports this folder; for_all: the badge is one of a list that share the sheet.
+    """
 
     badge: Badge
-    parts: Parts
+    parts: Any
     maker: Maker
     for_all: bool = False
 
@@ -55,12 +57,12 @@ class BuildPlan:
     @property
     def stopped(self) -> bool:
         """Whether a printed tray's stops set place and angle of page and sheet; pieces that are turned reach none."""
-        return self.parts.printed != "none" and not has_turned(self.badge)
+        return bool(self.parts.printed != "none") and not has_turned(self.badge)
 
     @property
     def adhesive_mm(self) -> float:
         """Thickness of the adhesive between page and sheet, 0 without one."""
-        return self.parts.figures.printed.adhesive_mm
+        return float(self.parts.figures.printed.adhesive_mm)
 
 
 def needs(build: BuildPlan) -> list[str]:
