@@ -41,7 +41,7 @@ Step = tuple[str, str, sketches.Draw]
 class BuildPlan:
     """What is built: a badge with its mounts, by whom.
 
-    parts: `mount_parts.Parts`, whose file imports this folder; for_all: the badge is one of a list that share the sheet.
+    parts: `mount_parts.Parts`, whose file imports this one; for_all: the badge is one of a list that share the sheet.
     """
 
     badge: Badge
