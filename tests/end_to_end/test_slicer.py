@@ -67,7 +67,7 @@ def test_a_stock_slicer_finds_nothing_to_repair(
     # An STL is a part, a 3MF has an object for each.
     for path, parts in (
         *((stl, [volume]) for stl, volume in zip(report.stls, volumes, strict=True)),
-        (report.three_mf, volumes),
+        (tmp_path / "mount.3mf", volumes),
     ):
         output = sliced(slicer, "--info", str(path), home=tmp_path)
         assert re.findall(r"^manifold = (\w+)$", output, re.MULTILINE) == ["yes"] * len(parts), output

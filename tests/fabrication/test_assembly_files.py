@@ -43,12 +43,13 @@ def test_every_part_is_where_it_was_planned(plan: AcrylicPlan) -> None:
 @pytest.mark.slow
 def test_parts_that_share_volume_are_refused(plan: AcrylicPlan) -> None:
     """Catches: a check of bounding boxes, of neighbours only, or none: each fault is in another pair."""
-    tight = replace(plan.frame, openings=(plan.frame.openings[0].grown(-0.3), *plan.frame.openings[1:]))
+    (frame,) = plan.frames
+    tight = replace(frame, openings=(frame.openings[0].grown(-0.3), *frame.openings[1:]))
     with pytest.raises(FabricationError, match=r"frame and pad share .* mm³, allowed is none"):
-        check_parts(acrylic_parts(replace(plan, frame=tight)))
-    high = replace(plan.frame, thickness_mm=plan.frame.thickness_mm + 1.0)
+        check_parts(acrylic_parts(replace(plan, frames=(tight,))))
+    high = replace(frame, thickness_mm=frame.thickness_mm + 1.0)
     with pytest.raises(FabricationError, match=r"frame share"):
-        check_parts(acrylic_parts(replace(plan, frame=high)))
+        check_parts(acrylic_parts(replace(plan, frames=(high,))))
     narrow = replace(plan.base, openings=tuple(hole.grown(-0.3) for hole in plan.base.openings))
     with pytest.raises(FabricationError, match=r"screw-0 and base share"):
         check_parts(acrylic_parts(replace(plan, base=narrow)))

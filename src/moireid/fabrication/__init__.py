@@ -3,7 +3,6 @@
 process_figures.py  figures of printer, laser and card: fits, kerf, plates on sale
 sight.py            what a camera must see of the badge, and a check that no part of a mount hides it
 solids.py           STL and 3MF files, each checked after writing; interference, walls and overhangs
-dxf_file.py         drawings for a cutter as DXF
 text/               words of any script as glyphs, in a PDF and in a picture
 page/               the printed page, the pitch test sheet and the preview
 printed/            the mount to 3D-print

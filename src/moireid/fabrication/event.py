@@ -166,9 +166,7 @@ def print_event(
         work = partial(_write_person, measured_scale=measured_scale)
         with _shared(work, badges, [aside / name for name in names], processes) as people_made:
             mass_g = write_parts(badges[0], parts, aside, lambda file: None, solids)
-            build = BuildPlan(
-                badges[0], parts.printed, parts.acrylic, parts.figures, maker, parts.mount_plan, for_all=True
-            )
+            build = BuildPlan(badges[0], parts, maker, for_all=True)
             write_assembly_pdf(build, aside / ASSEMBLY, solids.drawn)
             write_looks(badges[0], aside / LOOKS)
             sheet_count, to_a_sheet = write_sheets_pdf(badges, aside / SHEETS, measured_scale=measured_scale)

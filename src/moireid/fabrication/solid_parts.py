@@ -7,10 +7,10 @@ Convention: the frame of `sight`, mm.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -45,11 +45,6 @@ class SolidPart:
     name: str
     shape: Any
     touches: tuple[str, ...] = ()
-
-    @property
-    def kind(self) -> str:
-        """Its name without the number."""
-        return kind_of(self.name)
 
     @cached_property
     def mesh(self) -> Any:
@@ -131,22 +126,16 @@ def acrylic_parts(plan: AcrylicPlan) -> tuple[SolidPart, ...]:
     """The stack's parts from behind to the front, each where it was planned."""
     sheets = _sheets(plan.sheets, plan.card_mm, plan.sheet_top, ("page",))
     pad = [_part("pad", box(plan.page, -plan.pad_mm, 0.0), "base")] if plan.layers else []
-    frames = [plan.frame, *plan.more_frames]
     return (
         _part("base", _plate(plan.base)),
         *pad,
         _part("page", box(plan.page, 0.0, plan.card_mm), "pad" if pad else "base"),
-        *(_part(plate.name, _plate(plate), below) for plate, below in zip(frames, _below(frames), strict=True)),
+        *(_part(plate.name, _plate(plate), below.name) for below, plate in pairwise([plan.base, *plan.frames])),
         *sheets,
         _part("lips", _plate(plan.lips), sheets[0].name),
         _part("cover", _plate(plan.cover), "lips"),
         *(_part(f"screw-{k}", _screw(plan, place), "cover") for k, place in enumerate(plan.screws)),
     )
-
-
-def _below(frames: Sequence[Plate]) -> list[str]:
-    """What each plate of the frame is on."""
-    return ["base", *(plate.name for plate in frames[:-1])]
 
 
 def check_parts(parts: Sequence[SolidPart]) -> None:
@@ -219,10 +208,7 @@ def _wire(b3d: Any, path: Contour) -> Any:
         if bulge == 0:
             edges.append(b3d.Edge.make_line((x, y, 0), (end_x, end_y, 0)))
             continue
-        # The centre is on the chord's bisector, to its left for an arc that turns left by less than a half turn.
-        offset = (1 - bulge * bulge) / (4 * bulge)
-        centre = (x + end_x) / 2 - (end_y - y) * offset, (y + end_y) / 2 + (end_x - x) * offset
-        start, end = (math.degrees(math.atan2(v - centre[1], u - centre[0])) for u, v in ((x, y), (end_x, end_y)))
-        way = b3d.AngularDirection.COUNTER_CLOCKWISE if bulge > 0 else b3d.AngularDirection.CLOCKWISE
-        edges.append(b3d.Edge.make_circle(math.dist(centre, (x, y)), b3d.Plane((*centre, 0)), start, end, way))
+        # The arc's middle is half a chord times the bulge from the chord's middle, to the right where it turns left.
+        middle = (x + end_x + bulge * (end_y - y)) / 2, (y + end_y - bulge * (end_x - x)) / 2
+        edges.append(b3d.Edge.make_three_point_arc((x, y), middle, (end_x, end_y)))
     return b3d.Wire(edges)

@@ -3,8 +3,7 @@
 A CAD kernel writes a broken shape without any error.  So every file is read again, the STL by two packages that share
 no code with the kernel.  Meshes are checked for interference, overhangs and thin walls.
 
-A 3MF file, a few lines of XML in a zip archive, is written here directly, so that the same badge gives the same bytes.
-It is read back by lib3mf, the format's reference reader, which shares no code with the writer.
+A 3MF file is written by lib3mf, the format's reference implementation, and read back here as XML.
 
 Convention: mm and mm³, in the part's own frame.  The CAD packages are imported where they are used, because the
 kernel alone takes seconds.
@@ -12,21 +11,22 @@ kernel alone takes seconds.
 
 from __future__ import annotations
 
+import ctypes
 import importlib
-import importlib.abc
 import importlib.machinery
 import importlib.util
 import math
 import os
 import sys
 import tempfile
+import uuid
+import xml.etree.ElementTree as ElementTree
 import zipfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
-from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
@@ -43,7 +43,12 @@ BOUNDS_MM = 0.05
 CAD_PACKAGES = ("trimesh", "manifold3d", "lib3mf", "build123d")
 #: Where surfaces touch, float32 vertices leave overlaps thinner than 1e-5 mm; more than this is interference, mm3.
 TOUCH_MM3 = 0.01
-#: Between neighbouring facets of a bend, rad: the knee of `moireid bench fabricate`, 2 um off in a sixth of a second.
+#: How far facets of what is printed may be off the true surface, mm.
+FACET_MM = 0.05
+#: The names of elements in a 3MF file begin so.
+CORE_3MF = "{http://schemas.microsoft.com/3dmanufacturing/core/2015/02}"
+#: Between neighbouring facets of a bend, rad, which decides on a mount's small bends: the knee of
+#: `moireid bench fabricate`, 2 um off in a sixth of a second.
 FACET_ANGLE_RAD = 0.1
 
 Corner = tuple[float, float, float]
@@ -67,7 +72,9 @@ class Body:
 def cad_package(name: str, purpose: str = "a mount, which you may leave out,") -> Any:
     """Import an optional CAD package.  Raises: MissingExtraError that names the extra where it is not installed."""
     try:
-        with _less_loaded(), _some_home():
+        with _some_home():
+            if name == "build123d" and not {"sympy", name} & sys.modules.keys():
+                sys.meta_path.insert(0, _LoadedOnUse)
             return importlib.import_module(name)
     except ImportError as error:
         raise missing_extra(purpose, name, "cad") from error
@@ -87,44 +94,28 @@ def _some_home() -> Iterator[None]:
             del os.environ["HOME"]
 
 
-#: What build123d imports for curves that no mount has; it takes a third of what build123d takes to load.
-LOADED_ON_USE = ("sympy",)
+class _LoadedOnUse:
+    """Finds sympy, and has it loaded when a name of it is first used.
 
+    build123d imports it for curves that no mount has, and it takes a third of what build123d takes to load.
+    """
 
-class _LazyFinder(importlib.abc.MetaPathFinder):
-    """Finds the packages of `LOADED_ON_USE`, and has each loaded when a name of it is first used."""
-
-    def find_spec(self, fullname: str, path: Any = None, target: Any = None) -> importlib.machinery.ModuleSpec | None:
+    @classmethod
+    def find_spec(cls, name: str, path: object = None, target: object = None) -> importlib.machinery.ModuleSpec | None:
         """As `importlib` asks; None for all other packages."""
-        if fullname not in LOADED_ON_USE:
+        if name != "sympy":
             return None
-        spec = importlib.machinery.PathFinder.find_spec(fullname, path)
+        sys.meta_path.remove(cls)
+        spec = importlib.util.find_spec(name)
         if spec is not None and spec.loader is not None:
             spec.loader = importlib.util.LazyLoader(spec.loader)
         return spec
 
 
-@contextmanager
-def _less_loaded() -> Iterator[None]:
-    """Within it, what `LOADED_ON_USE` names is imported and not loaded yet."""
-    finder = _LazyFinder()
-    sys.meta_path.insert(0, finder)
-    try:
-        yield
-    finally:
-        sys.meta_path.remove(finder)
-
-
-def export_stl(part: Any, path: Path, *, tolerance_mm: float, angle_rad: float = FACET_ANGLE_RAD) -> None:
-    """Write a build123d part as binary STL, mm, its facets at most tolerance_mm off the true surface.
-
-    angle_rad: between neighbouring facets of a bend; on a mount's small bends it decides, not the tolerance.
-    Raises: FabricationError where the tolerance is not positive, or the kernel cannot write.
-    """
-    if not (math.isfinite(tolerance_mm) and tolerance_mm > 0):
-        raise FabricationError(f"tolerance_mm={tolerance_mm:g} must be positive; 0.05 suits most printers")
+def export_stl(part: Any, path: Path) -> None:
+    """Write a build123d part as binary STL, mm.  Raises: FabricationError where the kernel cannot write."""
     b3d = cad_package("build123d")
-    if not b3d.export_stl(part, path, tolerance=tolerance_mm, angular_tolerance=angle_rad):
+    if not b3d.export_stl(part, path, tolerance=FACET_MM, angular_tolerance=FACET_ANGLE_RAD):
         raise FabricationError(f"{path.suffix} file in {path.parent} could not be written; check the disk")
 
 
@@ -141,8 +132,18 @@ def check_stl(path: Path, body: Body) -> Any:
         raise refused("STL file", "holds triangles that face both ways", "all facing outwards")
     volume_mm3 = float(mesh.volume)
     check_volume("STL file", volume_mm3, body.volume_mm3, STL_VOLUME_SHARE)
-    _check_bounds("STL file", (tuple(mesh.bounds[0]), tuple(mesh.bounds[1])), body)
-    _check_manifold(mesh, volume_mm3)
+    off_mm = float(np.abs(mesh.bounds - [body.lower_mm, body.upper_mm]).max())
+    if not off_mm <= BOUNDS_MM:
+        low, high = np.round(mesh.bounds, 3).tolist()
+        wanted = f"{np.round(body.lower_mm, 3).tolist()} to {np.round(body.upper_mm, 3).tolist()} mm"
+        raise refused(
+            "STL file",
+            f"reaches from {low} to {high} mm",
+            f"{wanted} give or take {BOUNDS_MM:g} mm",
+            off_mm=off_mm,
+        )
+    got_mm3 = float(solid_of(mesh, "STL file").volume())
+    check_volume("STL file as manifold3d reads it", got_mm3, volume_mm3, MANIFOLD_VOLUME_SHARE)
     return mesh
 
 
@@ -158,12 +159,6 @@ def read_mesh(path: Path) -> Any:
     return mesh
 
 
-def _check_manifold(mesh: Any, volume_mm3: float) -> None:
-    """Let manifold3d build a solid of the mesh: it refuses one whose edges do not each join two triangles."""
-    got_mm3 = float(solid_of(mesh, "STL file").volume())
-    check_volume("STL file as manifold3d reads it", got_mm3, volume_mm3, MANIFOLD_VOLUME_SHARE)
-
-
 def check_volume(what: str, got_mm3: float, wanted_mm3: float, share: float) -> None:
     """Raise FabricationError where a volume is off by more than a share of what is wanted."""
     if not abs(got_mm3 - wanted_mm3) <= share * wanted_mm3:
@@ -176,23 +171,10 @@ def check_volume(what: str, got_mm3: float, wanted_mm3: float, share: float) -> 
         )
 
 
-def _check_bounds(what: str, corners: tuple[tuple[float, ...], tuple[float, ...]], body: Body) -> None:
-    got = np.array(corners, dtype=float)
-    wanted = np.array([body.lower_mm, body.upper_mm])
-    off_mm = float(np.abs(got - wanted).max())
-    if not off_mm <= BOUNDS_MM:
-        raise refused(
-            what,
-            f"reaches from {got[0].round(3).tolist()} to {got[1].round(3).tolist()} mm",
-            f"{wanted[0].round(3).tolist()} to {wanted[1].round(3).tolist()} mm give or take {BOUNDS_MM:g} mm",
-            off_mm=off_mm,
-        )
-
-
-def refused(what: str, got: str, allowed: str, **details: object) -> FabricationError:
+def refused(what: str, got: str, allowed: str, whose: str = "part's", **details: object) -> FabricationError:
     """The error of a file that failed its check."""
     return FabricationError(
-        f"the part's {what} {got}, allowed is {allowed}; nothing was kept: choose other process figures, "
+        f"the {whose} {what} {got}, allowed is {allowed}; nothing was kept: choose other process figures, "
         "and report this if the defaults fail",
         **details,
     )
@@ -209,82 +191,56 @@ OVERHANG_DEG = 44.0
 STEP_MM = 0.42
 #: Overhang that is accepted all the same, mm2: tips of the chamfer at the bed's corners.
 MOST_OVERHANG_MM2 = 1.0
-_CORE = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02"
-_TYPES = (
-    '<?xml version="1.0" encoding="UTF-8"?>\n'
-    '<Types xmlns="http://schemas.openxmlformats.org/package/2006/content-types">'
-    '<Default Extension="rels" ContentType="application/vnd.openxmlformats-package.relationships+xml"/>'
-    '<Default Extension="model" ContentType="application/vnd.ms-package.3dmanufacturing-3dmodel+xml"/></Types>\n'
-)
-_RELATIONS = (
-    '<?xml version="1.0" encoding="UTF-8"?>\n'
-    '<Relationships xmlns="http://schemas.openxmlformats.org/package/2006/relationships">'
-    '<Relationship Target="/3D/3dmodel.model" Id="rel0" '
-    'Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/></Relationships>\n'
-)
 
 
 def export_3mf(bodies: Sequence[tuple[str, Any, Rgba]], path: Path) -> None:
-    """Write named trimesh bodies as the objects of one 3MF file, mm, each in its colour.
-
-    Source: 3MF core specification 1.3, sections 3 to 5 (base materials).
-    """
-    shades, objects, items = [], [], []
-    # Resources share one row of ids, and a group must come before the objects that name it.
-    group = len(bodies) + 1
-    for number, (name, mesh, colour) in enumerate(bodies, start=1):
-        shades.append(f'<base name={quoteattr(name)} displaycolor="#{bytes(colour).hex().upper()}"/>')
-        shade = f' pid="{group}" pindex="{number - 1}"'
-        vertices = "".join(f'<vertex x="{x:.6g}" y="{y:.6g}" z="{z:.6g}"/>' for x, y, z in mesh.vertices.tolist())
-        triangles = "".join(f'<triangle v1="{a}" v2="{b}" v3="{c}"/>' for a, b, c in mesh.faces.tolist())
-        objects.append(
-            f'<object id="{number}" type="model" name={quoteattr(name)}{shade}><mesh><vertices>{vertices}</vertices>'
-            f"<triangles>{triangles}</triangles></mesh></object>"
-        )
-        items.append(f'<item objectid="{number}"/>')
-    model = (
-        f'<?xml version="1.0" encoding="UTF-8"?>\n<model unit="millimeter" xml:lang="en-US" xmlns="{_CORE}">'
-        f'<resources><basematerials id="{group}">{"".join(shades)}</basematerials>{"".join(objects)}</resources>'
-        f"<build>{''.join(items)}</build></model>\n"
-    )
-    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
-        parts = {"[Content_Types].xml": _TYPES, "_rels/.rels": _RELATIONS, "3D/3dmodel.model": model}
-        for name, text in parts.items():
-            # A fixed date, so that the same badge always gives the same bytes.
-            entry = zipfile.ZipInfo(name, (1980, 1, 1, 0, 0, 0))
-            entry.compress_type = zipfile.ZIP_DEFLATED
-            archive.writestr(entry, text)
+    """Write named trimesh bodies as the objects of one 3MF file, mm, each in its colour."""
+    lib3mf = cad_package("lib3mf")
+    wrapper = lib3mf.get_wrapper()
+    model = wrapper.CreateModel()
+    group = model.AddBaseMaterialGroup()
+    for name, mesh, colour in bodies:
+        body = model.AddMeshObject()
+        body.SetName(name)
+        corners = [lib3mf.Position((ctypes.c_float * 3)(*vertex)) for vertex in mesh.vertices.tolist()]
+        body.SetGeometry(corners, [lib3mf.Triangle((ctypes.c_uint32 * 3)(*face)) for face in mesh.faces.tolist()])
+        material = group.AddMaterial(name, wrapper.RGBAToColor(*colour))
+        body.SetObjectLevelProperty(group.GetResourceID(), material)
+        item = model.AddBuildItem(body, wrapper.GetIdentityTransform())
+        # Names of its own making would differ from run to run, and the same badge is to give the same bytes.
+        body.SetUUID(str(uuid.uuid5(uuid.NAMESPACE_OID, name)))
+        item.SetUUID(str(uuid.uuid5(uuid.NAMESPACE_OID, f"item {name}")))
+    model.SetBuildUUID(str(uuid.uuid5(uuid.NAMESPACE_OID, "build")))
+    path.write_bytes(bytes(model.QueryWriter("3mf").WriteToBuffer()))
 
 
 def check_3mf(path: Path, bodies: Sequence[Body], colours: Sequence[Rgba]) -> None:
-    """Read a 3MF file back with lib3mf in strict mode: one closed body for each that is expected, of its volume, and of
-    its colour.
+    """Read a 3MF file back as the XML that it is: one closed body for each that is expected, of its volume, and of its
+    colour.
 
     Raises: FabricationError with what was found, what is allowed and what to do.
+    Source: 3MF core specification 1.3, sections 3 to 5 (base materials).
     """
-    lib3mf = cad_package("lib3mf")
     trimesh = cad_package("trimesh")
     try:
-        model = lib3mf.get_wrapper().CreateModel()
-        reader = model.QueryReader("3mf")
-        reader.SetStrictModeActive(True)
-        reader.ReadFromFile(str(path))
-        found = model.GetMeshObjects()
-        meshes, shades = [], []
-        while found.MoveNext():
-            mesh = found.GetCurrentMeshObject()
-            vertices = [list(vertex.Coordinates) for vertex in mesh.GetVertices()]
-            meshes.append(trimesh.Trimesh(vertices, [list(t.Indices) for t in mesh.GetTriangleIndices()]))
-            group, place, coloured = mesh.GetObjectLevelProperty()
-            if coloured:
-                shade = model.GetBaseMaterialGroupByID(group).GetDisplayColor(place)
-                shades.append((shade.Red, shade.Green, shade.Blue, shade.Alpha))
-    except lib3mf.ELib3MFException as error:
+        with zipfile.ZipFile(path) as archive:
+            model = ElementTree.fromstring(archive.read("3D/3dmodel.model"))
+        shades = [bytes.fromhex(base.attrib["displaycolor"][1:]) for base in model.iter(f"{CORE_3MF}base")]
+        found = list(model.iter(f"{CORE_3MF}object"))
+        coloured = [tuple(shades[int(body.attrib["pindex"])]) for body in found]
+        meshes = [
+            trimesh.Trimesh(
+                [[float(corner.attrib[key]) for key in ("x", "y", "z")] for corner in body.iter(f"{CORE_3MF}vertex")],
+                [[int(face.attrib[key]) for key in ("v1", "v2", "v3")] for face in body.iter(f"{CORE_3MF}triangle")],
+            )
+            for body in found
+        ]
+    except (zipfile.BadZipFile, ElementTree.ParseError, LookupError, ValueError) as error:
         raise refused("3MF file", "cannot be read back", "a readable file") from error
     if len(meshes) != len(bodies):
         raise refused("3MF file", f"holds {len(meshes)} bodies", f"exactly {len(bodies)}")
-    if shades != list(colours):
-        raise refused("3MF file", f"holds the colours {shades}", f"{list(colours)}")
+    if coloured != list(colours):
+        raise refused("3MF file", f"holds the colours {coloured}", f"{list(colours)}")
     for mesh, wanted in zip(meshes, bodies, strict=True):
         solid_of(mesh, "3MF file")
         check_volume("3MF file", float(mesh.volume), wanted.volume_mm3, STL_VOLUME_SHARE)

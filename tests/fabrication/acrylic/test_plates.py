@@ -176,7 +176,7 @@ def test_page_and_lens_are_clamped_without_air(plan: AcrylicPlan) -> None:
     """Catches: a frame as thick as the stack or thicker, so that the film rests on it and not on the sheet."""
     assert [plate.thickness_mm for plate in plan.plates] == [3.0, 2.0, 0.25, 2.0]
     # Three layers of card below the page: 0.9 + 0.3 + 1.0 mm in a frame of 2 mm.
-    assert plan.layers == 3 and plan.frame.low_mm == pytest.approx(-0.9) and plan.base.low_mm == pytest.approx(-3.9)
+    assert plan.layers == 3 and plan.frames[0].low_mm == pytest.approx(-0.9) and plan.base.low_mm == pytest.approx(-3.9)
     assert plan.lips.low_mm == pytest.approx(0.3 + 1.0) and plan.cover.low_mm == pytest.approx(0.3 + 1.0 + 0.25)
     assert plan.squeeze_mm == pytest.approx(0.2)
     assert plan.screw_mm == pytest.approx(3.0 + 0.9 + 1.3 + 0.25 + 2.0 + 2.4)

@@ -41,7 +41,7 @@ def seen(x: float, y: float, z: float = 0.0) -> np.ndarray:
 def views(badge: Badge, mount: str, figures: MountFigures | None = None) -> list[list[Part]]:
     """The parts of each exploded view."""
     parts = plan_parts(badge, mount, figures)
-    build = BuildPlan(badge, mount, parts.acrylic, parts.figures, "command", parts.mount_plan)
+    build = BuildPlan(badge, parts, "command")
     return [found for _, found in _views(build, shape_parts(badge, parts).drawn)]
 
 

@@ -39,7 +39,7 @@ def text_of(path: Path) -> list[str]:
 
 def written(badge: Badge, path: Path, mount: str = "lanyard", maker: str = "command", *pairs: str) -> list[str]:
     parts = replace(plan_parts(badge, mount, mount_figures(dict(map(mount_figure, pairs)))), acrylic=None)
-    build = BuildPlan(badge, mount, None, parts.figures, maker, parts.mount_plan)  # type: ignore[arg-type]
+    build = BuildPlan(badge, parts, maker)  # type: ignore[arg-type]
     write_assembly_pdf(build, path, shape_parts(badge, parts).drawn)
     return text_of(path)
 
@@ -128,7 +128,7 @@ def test_parts_and_steps_are_a_page_each(wish: Order, mount: str, tmp_path: Path
     """Catches: lists or steps that run off their page, or a third page of them."""
     badge = design_badge(wish, bytes(8))
     parts = plan_parts(badge, mount, mount_figures({"adhesive_mm": 0.05} if mount == "clip" else {}))
-    build = BuildPlan(badge, parts.printed, parts.acrylic, parts.figures, "command", parts.mount_plan)
+    build = BuildPlan(badge, parts, "command")
     write_assembly_pdf(build, tmp_path / "a.pdf", shape_parts(badge, parts).drawn)
     document = pdfium.PdfDocument(tmp_path / "a.pdf")
     texts = [page.get_textpage() for page in document]

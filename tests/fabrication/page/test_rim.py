@@ -15,11 +15,11 @@ from moireid.designer.chart import design_chart
 from moireid.fabrication.assembly.assembly_words import BuildPlan
 from moireid.fabrication.assembly.guide import write_assembly_pdf
 from moireid.fabrication.event import write_sheets_pdf
+from moireid.fabrication.mount_parts import plan_parts
 from moireid.fabrication.page.camera_page import print_camera_chart
 from moireid.fabrication.page.chart_page import print_chart
 from moireid.fabrication.page.pdf import write_badge_pdf
 from moireid.fabrication.page.sheet_layout import lay_out_sheets
-from moireid.fabrication.process_figures import MountFigures
 from moireid.fabrication.shopping.shopping_files import write_shopping
 from moireid.shopping import list_for
 
@@ -63,7 +63,7 @@ def others(paper: str, folder: Path) -> None:
     """Instructions and lists; the widest piece of sheet takes the paper up to its rim."""
     made = sized(paper, LARGEST[paper][0]), design(paper, format="a5", orientation="landscape")
     for number, badge in enumerate(made):
-        write_assembly_pdf(BuildPlan(badge, "none", None, MountFigures(), "command"), folder / f"{number}.pdf", {})
+        write_assembly_pdf(BuildPlan(badge, plan_parts(badge, "none"), "command"), folder / f"{number}.pdf", {})
     write_shopping(list_for(design(paper, format="a6"), 40), folder / "shopping")
 
 

@@ -21,8 +21,10 @@ from kit.mounting import box, framed, sight_volume
 from kit.payloads import payload_for_name
 from moireid.badge import Badge
 from moireid.designer import Order, design_badge
-from moireid.errors import FabricationError, SpecError
+from moireid.errors import FabricationError
 from moireid.fabrication import solids
+from moireid.fabrication.mount_parts import plan_parts
+from moireid.fabrication.package import print_badge
 from moireid.fabrication.printed import mount
 from moireid.fabrication.printed.mount import MountProcess, MountReport, mount_bodies, write_mount
 from moireid.fabrication.printed.tray import plan_tray, seated_twist_deg
@@ -190,22 +192,19 @@ def test_damaged_mesh_is_refused(
 
 @pytest.mark.slow
 def test_nothing_is_left_of_a_failure(badge: Badge, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Catches: a mount that fails its check and stays; an older one that is destroyed by it."""
     export = solids.export_stl
 
-    def another_part(part: Any, path: Path, **options: float) -> None:
+    def another_part(part: Any, path: Path) -> None:
         import build123d
 
-        export(build123d.Box(150.6, 174.3, 4.2), path, **options)
+        export(build123d.Box(150.6, 174.3, 4.2), path)
 
+    parts = replace(plan_parts(badge, "lanyard"), acrylic=None)
+    (tmp_path / "mount.stl").write_text("the older one")
     monkeypatch.setattr(mount, "export_stl", another_part)
     with pytest.raises(FabricationError, match=r"STL file holds 110248\.2 mm³, allowed is \d{5}\.. mm³"):
-        write_mount(badge, tmp_path)
-    assert list(tmp_path.iterdir()) == []
-    (tmp_path / "mount.stl").write_text("the older one")
-    with pytest.raises(SpecError, match=r"mount\.stl exists already"):
-        write_mount(badge, tmp_path)
-    with pytest.raises(FabricationError):
-        write_mount(badge, tmp_path, overwrite=True)
+        print_badge(badge, tmp_path, parts=parts, overwrite=True)
     assert [path.name for path in tmp_path.iterdir()] == ["mount.stl"]
     assert (tmp_path / "mount.stl").read_text() == "the older one"
 

@@ -21,12 +21,10 @@ from typing import Any
 from xml.sax.saxutils import quoteattr
 
 from moireid.badge import Point
-from moireid.errors import FabricationError
 from moireid.fabrication.acrylic.contours import Contour
 from moireid.fabrication.acrylic.plates import AcrylicPlan, Plate
-from moireid.fabrication.dxf_file import sound_dxf, written_dxf
 from moireid.fabrication.process_figures import LEAST_LAND_MM
-from moireid.fabrication.solids import cad_package
+from moireid.fabrication.solids import cad_package, refused
 from moireid.fabrication.text.outlines import line_strokes
 from moireid.fabrication.text.shaping import shape_line
 
@@ -57,10 +55,10 @@ class CuttingDrawing:
 def draw(plan: AcrylicPlan, kerf_mm: float) -> dict[str, CuttingDrawing]:
     """The drawings by their files' names, as `AcrylicPlan.drawings`: plates side by side above a scale bar."""
     colours = {_layer(stock): colour for stock, colour in zip(plan.stocks, CUTS, strict=False)}
-    found = {}
-    for name, stocks in plan.drawings.items():
-        found[name] = _lay([plate for plate in plan.plates if plate.stock in stocks], kerf_mm, colours)
-    return found
+    return {
+        name: _lay([plate for plate in plan.plates if plate.stock in stocks], kerf_mm, colours)
+        for name, stocks in plan.drawings.items()
+    }
 
 
 def _layer(stock: str) -> str:
@@ -126,20 +124,20 @@ def check_found(what: str, found: dict[str, list[list[Vertex]]], drawing: Cuttin
                 )
 
 
-def refused_drawing(what: str, got: str, allowed: str) -> FabricationError:
-    """The error of a drawing that failed its check."""
-    return FabricationError(
-        f"the acrylic parts' {what} {got}, allowed is {allowed}; nothing was kept: choose other process figures, and "
-        "report this if the defaults fail"
-    )
+#: The error of a drawing that failed its check.
+refused_drawing = partial(refused, whose="acrylic parts'")
 
 
 HAIRLINE_MM = 0.1
 
 
 def write_dxf(drawing: CuttingDrawing, path: Path) -> None:
-    """Write a DXF R2010 file, mm.  Raises: MissingExtraError without ezdxf."""
-    with written_dxf(path) as document:
+    """Write a DXF R2010 file, mm, alike in each run.  Raises: MissingExtraError without ezdxf."""
+    ezdxf = cad_package("ezdxf", "a drawing for a cutter")
+    # Without this the file would hold the time of writing, and the same badge would never give the same bytes.
+    before, ezdxf.options.write_fixed_meta_data_for_testing = ezdxf.options.write_fixed_meta_data_for_testing, True
+    try:
+        document = ezdxf.new("R2010", units=ezdxf.units.MM)
         space = document.modelspace()
         for layer, plates in drawing.cuts.items():
             document.layers.add(layer, color=drawing.colours[layer][0])
@@ -148,6 +146,12 @@ def write_dxf(drawing: CuttingDrawing, path: Path) -> None:
         document.layers.add(ENGRAVED, color=ENGRAVE[0])
         for stroke in drawing.strokes:
             space.add_lwpolyline(stroke, dxfattribs={"layer": ENGRAVED})
+        # ezdxf adds these in the order of a set, which changes from run to run.
+        document.classes.add_required_classes(document.dxfversion)
+        document.classes.classes = dict(sorted(document.classes.classes.items()))
+        document.saveas(path)
+    finally:
+        ezdxf.options.write_fixed_meta_data_for_testing = before
 
 
 def check_dxf(path: Path, drawing: CuttingDrawing) -> None:
@@ -155,7 +159,17 @@ def check_dxf(path: Path, drawing: CuttingDrawing) -> None:
 
     Raises: FabricationError with what was found and what is allowed.
     """
-    document = sound_dxf(path, partial(refused_drawing, "DXF"))
+    ezdxf = cad_package("ezdxf", "a drawing for a cutter")
+    try:
+        document = ezdxf.readfile(path)
+    except (OSError, ValueError, StopIteration, ezdxf.DXFError) as error:
+        raise refused_drawing("DXF", "cannot be read back", "a readable file") from error
+    audit = document.audit()
+    # A fault that ezdxf repairs on reading counts too, because another program may not repair it.
+    if faults := [*audit.errors, *audit.fixes]:
+        raise refused_drawing("DXF", f"has {len(faults)} faults in its audit ({faults[0].message})", "none")
+    if document.units != ezdxf.units.MM:
+        raise refused_drawing("DXF", f"counts in unit {document.units}", "millimetres (4)")
     found: dict[str, list[list[Vertex]]] = {}
     for entity in document.modelspace():
         layer = entity.dxf.layer

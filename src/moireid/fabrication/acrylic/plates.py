@@ -79,17 +79,16 @@ class Plate:
 class AcrylicPlan:
     """The stack of a badge.
 
-    base, frame, cover: the plates; lips: the film between frame and cover; more_frames: further plates of a frame that
-    one does not make; layers, pad_mm: how many layers of card are below the page, and their thickness together; sheets:
-    each lens sheet's rectangle; page: the board's; card_mm and sheet_top: the page's thickness and the lenses' height;
+    base, frames, cover: the plates, of which several make a frame that one does not; lips: the film between frames and
+    cover; layers, pad_mm: how many layers of card are below the page, and their thickness together; sheets: each lens
+    sheet's rectangle; page: the board's; card_mm and sheet_top: the page's thickness and the lenses' height;
     clearance_mm: at each register edge; twist_deg: the most that page and lens can turn against each other within it;
     squeeze_mm: how far the sheet is above the frame; screws: places of the M3 screws; screw_mm: their least length
     below the head.
     """
 
     base: Plate
-    frame: Plate
-    more_frames: tuple[Plate, ...]
+    frames: tuple[Plate, ...]
     lips: Plate
     cover: Plate
     layers: int
@@ -107,7 +106,7 @@ class AcrylicPlan:
     @property
     def plates(self) -> tuple[Plate, ...]:
         """What is cut by laser, from behind to the front."""
-        return (self.base, self.frame, *self.more_frames, self.lips, self.cover)
+        return (self.base, *self.frames, self.lips, self.cover)
 
     @property
     def stocks(self) -> tuple[str, ...]:
@@ -136,33 +135,30 @@ def plan_acrylic(badge: Badge, process: AcrylicProcess | None = None) -> Acrylic
     pad_mm = layers * process.card_mm
     clearance = _clearance_mm(spans, 2 * half_y, process)
     reach_x, reach_y = half_x + clearance, half_y + clearance
-    window = _rectangle((-reach_x, -reach_y, reach_x, reach_y))
+    window = _rectangle(reach_x, reach_y)
     setback = _setback_mm(badge, process, clearance, sheet_top)
     rim = _rim_mm(process, setback - clearance)
-    outline = _rectangle((-reach_x - rim, -reach_y - rim, reach_x + rim, reach_y + rim), radius=OUTER_RADIUS_MM)
+    outline = _rectangle(reach_x + rim, reach_y + rim, OUTER_RADIUS_MM)
     middle = (setback + clearance + rim) / 2
     screws = _screws(half_x + middle, half_y + middle)
-    holes = tuple(_circle(screw, process.hole_mm) for screw in screws)
-    width = outline.bounds[2] - outline.bounds[0]
+    half_hole, (slot_x, slot_y) = process.hole_mm / 2, (side / 2 for side in SLOT_MM)
+    holes = tuple(_rectangle(half_hole, half_hole, half_hole, screw) for screw in screws)
+    width = 2 * (reach_x + rim)
     # A badge that hangs from two points cannot turn about its cord, which would move the fringes.
-    if width >= 2 * SLOT_MM[0] + 60.0:
-        holes += tuple(_slot((side * width / 4, half_y + middle)) for side in (-1, 1))
-    elif width >= SLOT_MM[0] + 60.0:
-        holes += (_slot((0.0, half_y + middle)),)
+    slots = (-width / 4, width / 4) if width >= 2 * SLOT_MM[0] + 60.0 else (0.0,) if width >= SLOT_MM[0] + 60.0 else ()
+    holes += tuple(_rectangle(slot_x, slot_y, slot_y, (x, half_y + middle)) for x in slots)
     base = Plate("base", process.base_mm, -pad_mm - process.base_mm, outline, holes)
-    names = ["frame", *(f"frame-{k + 1}" for k in range(1, count))]
-    frame, *more = (
-        Plate(name, frame_mm, k * frame_mm - pad_mm, outline, (window, *holes)) for k, name in enumerate(names)
+    frames = tuple(
+        Plate(f"frame-{k + 1}" if k else "frame", frame_mm, k * frame_mm - pad_mm, outline, (window, *holes))
+        for k in range(count)
     )
     opening = _lips_opening(half_x - process.lip_reach_mm, reach_x, reach_y, spans)
     lips = Plate("lips", process.lips_mm, sheet_top, outline, (opening, *holes))
-    back_x, back_y = half_x + setback, half_y + setback
-    cover_window = _rectangle((-back_x, -back_y, back_x, back_y), radius=CORNER_MM)
+    cover_window = _rectangle(half_x + setback, half_y + setback, CORNER_MM)
     cover = Plate("cover", STOCK_MM[0], sheet_top + process.lips_mm, outline, (cover_window, *holes))
     return AcrylicPlan(
         base,
-        frame,
-        tuple(more),
+        frames,
         lips,
         cover,
         layers=layers,
@@ -179,20 +175,10 @@ def plan_acrylic(badge: Badge, process: AcrylicProcess | None = None) -> Acrylic
     )
 
 
-def _rectangle(rect: Rect, *, radius: float = 0.0) -> Contour:
-    x0, y0, x1, y1 = rect
-    return Contour(((x0, y0), (x1, y0), (x1, y1), (x0, y1)), (radius,) * 4)
-
-
-def _circle(centre: Point, diameter: float) -> Contour:
-    half = diameter / 2
-    return _rectangle((centre[0] - half, centre[1] - half, centre[0] + half, centre[1] + half), radius=half)
-
-
-def _slot(centre: Point) -> Contour:
-    """A lanyard's slot, across."""
-    x, y = SLOT_MM[0] / 2, SLOT_MM[1] / 2
-    return _rectangle((centre[0] - x, centre[1] - y, centre[0] + x, centre[1] + y), radius=y)
+def _rectangle(half_x: float, half_y: float, radius: float = 0.0, at: Point = (0.0, 0.0)) -> Contour:
+    """A rectangle about a place; with radii of half its height a slot, or a circle."""
+    corners = ((-half_x, -half_y), (half_x, -half_y), (half_x, half_y), (-half_x, half_y))
+    return Contour(corners, (radius,) * 4).moved(*at)
 
 
 def _lips_opening(inner: float, outer: float, top: float, spans: tuple[tuple[float, float], ...]) -> Contour:

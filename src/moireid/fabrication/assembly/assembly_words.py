@@ -8,20 +8,18 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from moireid.badge import Badge, CodedFrame
 from moireid.fabrication.assembly import sketches
 from moireid.fabrication.page.pitch_bands import look_m
 from moireid.fabrication.page.sheet_layout import lay_out_sheets
-from moireid.fabrication.process_figures import MountFigures
 from moireid.fabrication.sight import has_turned, sheet_pieces
 from moireid.frames import Axis
 from moireid.sheets import MM_PER_INCH
 
 if TYPE_CHECKING:
     from moireid.fabrication.acrylic.plates import AcrylicPlan
-    from moireid.fabrication.printed.mount import MountPlan
 
 #: Who makes the sheet: the command line, or the studio.
 Maker = Literal["command", "studio"]
@@ -35,69 +33,53 @@ NARROWER_MM = 0.2
 ADHESIVE_INDEX = 1.47
 
 
-@dataclass(frozen=True)
-class Step:
-    """One thing to do: its title, what to do, and its picture."""
-
-    title: str
-    words: str
-    draw: sketches.Draw
+#: One thing to do: its title, what to do, and its picture.
+Step = tuple[str, str, sketches.Draw]
 
 
 @dataclass(frozen=True)
 class BuildPlan:
-    """What is built: the badge, the printed mount's kind ("none" without one), the acrylic stack, and its makers.
+    """What is built: a badge with its mounts, by whom.
 
-    mount_plan: of the printed mount, None without one; for_all: the badge is one of a list that share the sheet.
+    parts: `mount_parts.Parts`, whose file imports this one; for_all: the badge is one of a list that share the sheet.
     """
 
     badge: Badge
-    mount: str
-    acrylic: AcrylicPlan | None
-    figures: MountFigures
+    parts: Any
     maker: Maker
-    mount_plan: MountPlan | None = None
     for_all: bool = False
 
     @property
     def slots(self) -> int:
         """How many lanyard slots the printed mount has."""
-        return len(self.mount_plan[0].slots) if self.mount_plan else 0
+        return len(self.parts.mount_plan[0].slots) if self.parts.mount_plan else 0
 
     @property
     def stopped(self) -> bool:
         """Whether a printed tray's stops set place and angle of page and sheet; pieces that are turned reach none."""
-        return self.mount != "none" and not has_turned(self.badge)
+        return bool(self.parts.printed != "none") and not has_turned(self.badge)
 
     @property
-    def look_m(self) -> float:
-        """From how far to look and to film, m: 1 m where the badge is read from there."""
-        return look_m(self.badge)
-
-    @property
-    def glued(self) -> bool:
-        """Whether page and sheet are joined by an adhesive."""
-        return self.figures.printed.adhesive_mm > 0
+    def adhesive_mm(self) -> float:
+        """Thickness of the adhesive between page and sheet, 0 without one."""
+        return float(self.parts.figures.printed.adhesive_mm)
 
 
 def needs(build: BuildPlan) -> list[str]:
     """What to buy, to have and to make."""
-    badge, figures = build.badge, build.figures.printed
+    badge, mount, figures = build.badge, build.parts.printed, build.parts.figures.printed
     width, height = (badge.outline_mm[2 + k] - badge.outline_mm[k] for k in (0, 1))
     found = [
         f"Card: white, matt, 200 to 300 g/m² (about {figures.card_mm:g} mm thick), cut to {width:g} × {height:g} mm"
     ]
     found += dict.fromkeys(_front(build))
-    if build.glued:
-        found.append(f"Clear adhesive film, {figures.adhesive_mm:g} mm thick, or a sheet with adhesive on its back")
-    if build.mount != "none":
+    if build.adhesive_mm:
+        found.append(f"Clear adhesive film, {build.adhesive_mm:g} mm thick, or a sheet with adhesive on its back")
+    if mount != "none":
         lanyard = "; a lanyard with two hooks" if build.slots == 2 else "; a lanyard"
-        extra = lanyard if build.mount == "lanyard" else ""
-        second = {"clip": ", with its clip", "stand": ", with its stand"}.get(build.mount, "")
-        found.append(
-            f"The mount, 3D-printed from mount.3mf, or from mount*.stl, not turned, no supports{second}{extra}"
-        )
-    tape = ", clear tape" if any("tape" in step.words for step in steps(build)) else ""
+        extra = lanyard if mount == "lanyard" else f", with its {mount}"
+        found.append(f"The mount, 3D-printed from mount.3mf, or from mount*.stl, not turned, no supports{extra}")
+    tape = ", clear tape" if any("tape" in words for _, words, _ in steps(build)) else ""
     found.append(f"A ruler of 15 cm or more, a sharp knife{tape}, and a phone that films")
     if (count := len(sheet_pieces(badge))) > 1 and badge.lens.kind != "mask":
         found.append(f"{count} pieces of lens sheet are cut: page 3 shows each in true size")
@@ -129,26 +111,32 @@ def paper_name(badge: Badge) -> str:
     return {"letter": "US Letter"}.get(name, name.upper())
 
 
-def settings(build: BuildPlan) -> list[tuple[str, str]]:
-    """What to set in the print dialog: name and value."""
+def settings(build: BuildPlan) -> list[str]:
+    """What to set in the print dialog, and what an adhesive does to the fringes."""
     print_data = build.badge.print or {}
     width, height = lay_out_sheets(build.badge).page_mm if build.for_all else build.badge.page_mm
     way = "upright (portrait)" if width <= height else "lying (landscape)"
     film = build.badge.lens.kind == "mask"
     printed = "badges.pdf" if build.for_all else "badge.pdf, page 1"
-    return [
-        ("File", printed + (" on card; the mask's page on clear film, with the same settings" if film else "")),
-        ("Paper", f"{paper_name(build.badge)}, {way}, one side; type “heavy” or “card”"),
-        ("Scale", "100 %, also called “actual size”. Never “fit to page”"),
-        ("Resolution", f"{print_data.get('dpi', 1200)} dpi, best quality; no “draft”, no “toner save”"),
-        ("Colour", "no smoothing. If the badge has colours: colour, and black as pure black. If not: black only"),
-        ("Tray", "the manual tray, also called multi-purpose: card stays straight"),
+    found = [
+        f"File: {printed}" + (" on card; the mask's page on clear film, with the same settings" if film else ""),
+        f"Paper: {paper_name(build.badge)}, {way}, one side; type “heavy” or “card”",
+        "Scale: 100 %, also called “actual size”. Never “fit to page”",
+        f"Resolution: {print_data.get('dpi', 1200)} dpi, best quality; no “draft”, no “toner save”",
+        "Colour: no smoothing. If the badge has colours: colour, and black as pure black. If not: black only",
+        "Tray: the manual tray, also called multi-purpose: card stays straight",
     ]
+    if build.adhesive_mm:
+        found.append(
+            f"The adhesive makes the bands move as far as {build.adhesive_mm / ADHESIVE_INDEX:.2g} mm of air would. "
+            "Enroll a film of the finished badge, so that this is known."
+        )
+    return found
 
 
 def steps(build: BuildPlan) -> list[Step]:
     """What to do, in order."""
-    badge = build.badge
+    badge, far_m = build.badge, look_m(build.badge)
     mask, upright = badge.lens.kind == "mask", all(grating.axis == "x" for grating in badge.gratings)
     several = len(sheet_pieces(badge)) > 1
     front = "film" if mask else "sheet"
@@ -159,35 +147,31 @@ def steps(build: BuildPlan) -> list[Step]:
     free = "Only the frame's left and right side may lie below it"
     again = "--people summary.csv" if build.for_all else "--again badge.json"
     free = free if isinstance(badge.markers, CodedFrame) else "Leave the black squares free"
-    found = [
-        Step("Print it, and measure it", _MEASURE[build.maker].format(again=again), sketches.measure),
-        Step(
+    found: list[Step] = [
+        ("Print it, and measure it", _MEASURE[build.maker].format(again=again), sketches.measure),
+        (
             f"Try the uncut {front} on the five bands above the badge",
-            f"{_TRY_MASK if mask else _TRY} From {build.look_m:g} m, one band has no stripes. 0: right. +1 or −1 %: "
+            f"{_TRY_MASK if mask else _TRY} From {far_m:g} m, one band has no stripes. 0: right. +1 or −1 %: "
             "the badge works. +3 or −3 %: the page was scaled, or the sheet has another pitch. "
             f"{_PITCH[build.maker]}",
             partial(sketches.bands, badge),
         ),
-        Step(
-            "Cut",
-            f"Cut the badge out along the corner marks. {_cut(build)}",
-            partial(sketches.cut, badge),
-        ),
-        Step("Lay", f"Press a curled card flat first. Lay {lay}. {free}.", partial(sketches.lay, badge)),
+        ("Cut", f"Cut the badge out along the corner marks. {_cut(build)}", partial(sketches.cut, badge)),
+        ("Lay", f"Press a curled card flat first. Lay {lay}. {free}.", partial(sketches.lay, badge)),
     ]
     turn = f"Turn the {front} until the bands are upright" if upright else "Turn it until the bands follow the lines"
-    looks = [
-        Step(
+    looks: list[Step] = [
+        (
             "Look at the bands" if build.stopped else turn,
             _seen(build, "Check that" if build.stopped else f"Turn {one} slowly until", bands),
             partial(sketches.fringes, badge, (sketches.GOOD,)),
         ),
-        Step(
+        (
             "Do the bands lean?",
             f"Then the {front} is turned by half a degree or so. {_LEANING_IN_TRAY if build.stopped else _LEANING}",
             partial(sketches.fringes, badge, (sketches.LEANING,)),
         ),
-        Step(
+        (
             "Do they run the other way, or are they too wide?",
             f"If they run the other way (left) or are twice as wide (right), {front} and print do not fit each other: "
             "see step 2. fringes.webp shows each of them in motion.",
@@ -197,16 +181,10 @@ def steps(build: BuildPlan) -> list[Step]:
     # The stops of a tray set the angle, so that there is nothing to turn.
     fixed = _fixed(build, front)
     found += [fixed, *looks] if build.stopped else [*looks, fixed]
-    if build.mount != "none":
+    if build.parts.printed != "none":
         found.append(_carried(build))
-    return [
-        *found,
-        Step(
-            "Film it and check",
-            _CHECK[build.maker].format(look_m=build.look_m),
-            partial(sketches.film, badge, build.look_m),
-        ),
-    ]
+    film = partial(sketches.film, badge, far_m)
+    return [*found, ("Film it and check", _CHECK[build.maker].format(look_m=far_m), film)]
 
 
 _LEANING = "Turn it back a very little, until they lean no more."
@@ -247,8 +225,8 @@ def _seen(build: BuildPlan, turn: str, bands: str) -> str:
     """What a builder sees, and until when to turn."""
     run = f" Move your head to the right: they run to the {'right' if sketches.runs_right(build.badge) else 'left'}."
     return (
-        f"Look at it from {build.look_m:g} m. You see wide dark bands. {turn} those of the plain rows (top, middle and "
-        f"bottom) {bands}, as here; in the other rows they jump."
+        f"Look at it from {look_m(build.badge):g} m. You see wide dark bands. {turn} those of the plain rows (top, "
+        f"middle and bottom) {bands}, as here; in the other rows they jump."
     ) + (run if build.badge.gratings[0].axis == "x" else "")
 
 
@@ -266,40 +244,41 @@ def _fixed(build: BuildPlan, front: str) -> Step:
     seam = "" if turned else seam
     taped = "Hold each piece, and put clear tape along two of its sides, 2 mm wide. No air may stay between. "
     taped = taped if turned else ""
-    if build.glued:
+    if build.adhesive_mm:
         words = (
             f"Peel 1 cm of the liner off at one edge. Lay the {front}, turn it until the bands are right, and press "
             "that edge down. Then pull the liner out from below, and rub from there to the other side: no bubbles."
         )
-        return Step("Glue it", words, partial(sketches.lay, badge))
-    if build.mount != "none":
+        return ("Glue it", words, partial(sketches.lay, badge))
+    if build.parts.printed != "none":
         words = (
             f"{taped}Slide card and {front} together into the mount from the top. Push both down, and to the left as "
             "you see them: the stops there set place and angle. Springs press them on each other; no air may stay "
             "between."
         )
-        return Step("Put it into the mount", words + seam, partial(sketches.held, badge, taped=False))
-    if build.acrylic:
+        return ("Put it into the mount", words + seam, partial(sketches.held, badge, taped=False))
+    if build.parts.acrylic:
         words = (
             f"{taped}Lay card and {front} into the acrylic frame, then film and cover on it, and tighten the screws by "
             "turns."
         )
-        return Step("Close the stack", words + seam, partial(sketches.held, badge, taped=True))
+        return ("Close the stack", words + seam, partial(sketches.held, badge, taped=True))
     words = f"Hold the {front}, and put clear tape along its left and right edge, 2 mm wide. No air may stay between."
-    return Step("Fix it", taped.strip() or words + seam, partial(sketches.held, badge, taped=True))
+    return ("Fix it", taped.strip() or words + seam, partial(sketches.held, badge, taped=True))
 
 
 def _carried(build: BuildPlan) -> Step:
-    if build.mount == "clip":
+    if build.parts.printed == "clip":
         words = "Put the clip's hook through the slot from behind, and let the bar drop into it."
-        return Step("Put on the clip", words, partial(sketches.carried, build.badge, "clip", build.slots))
-    if build.mount == "stand":
-        words = f"Set the mount's bottom edge into the groove. It leans back by {build.figures.printed.stand_deg:g}°."
-        return Step("Set it on the stand", words, partial(sketches.carried, build.badge, "stand", 0))
+        return ("Put on the clip", words, partial(sketches.carried, build.badge, "clip", build.slots))
+    if build.parts.printed == "stand":
+        lean_deg = build.parts.figures.printed.stand_deg
+        words = f"Set the mount's bottom edge into the groove. It leans back by {lean_deg:g}°."
+        return ("Set it on the stand", words, partial(sketches.carried, build.badge, "stand", 0))
     words = "Hang it from both slots. On one hook a badge turns by itself, and its bands move."
     if build.slots < 2:
         words = "Hang it from its slot. On one hook a badge turns by itself, and its bands move: hold it for a check."
-    return Step("Hang it", words, partial(sketches.carried, build.badge, "lanyard", build.slots))
+    return ("Hang it", words, partial(sketches.carried, build.badge, "lanyard", build.slots))
 
 
 def acrylic(plan: AcrylicPlan) -> list[str]:
@@ -316,17 +295,6 @@ def acrylic(plan: AcrylicPlan) -> list[str]:
         "thickness: add a layer of card or paper, or take one out. Tighten the screws until the film is flat on the "
         "frame; its lips then press the sheet.",
     ]
-
-
-def glue_note(build: BuildPlan) -> str | None:
-    """What an adhesive does to the fringes, None where there is none."""
-    if not build.glued:
-        return None
-    adhesive_mm = build.figures.printed.adhesive_mm
-    return (
-        f"The adhesive makes the bands move as far as {adhesive_mm / ADHESIVE_INDEX:.2g} mm of air would. Enroll a "
-        "film of the finished badge, so that this is known."
-    )
 
 
 def screw_length_mm(plan: AcrylicPlan) -> int:

@@ -100,18 +100,15 @@ def prism(loop: Loop, low: float, high: float) -> Piece:
     loop = loop if signed_area(loop) > 0 else loop[::-1]
     count = len(loop)
     bottom, top = ([project((*place, level)) for place in loop] for level in (low, high))
-    # A wall is seen if its corners run anticlockwise on the page.
-    seen = [signed_area((bottom[k], bottom[(k + 1) % count], top[(k + 1) % count])) > 0 for k in range(count)]
-    lines = [(*top, top[0])]
-    silhouette = []
+    lines: list[Loop] = [(*top, top[0])]
+    silhouette: list[Point] = []
     for k in range(count):
-        after = (k + 1) % count
-        if seen[k]:
-            lines.append((bottom[k], bottom[after]))
-        if seen[k] or seen[k - 1]:
-            lines.append((bottom[k], top[k]))
-        # The silhouette follows the lower edges of the walls that are seen, and the upper ones of the others.
-        silhouette += [bottom[k], bottom[after]] if seen[k] else [top[k], top[after]]
+        wall = (top[k], bottom[k], bottom[(k + 1) % count], top[(k + 1) % count])
+        # A wall is seen if its corners run anticlockwise on the page; the silhouette follows its lower edge then, and
+        # else its upper one.
+        seen = signed_area(wall) > 0
+        lines += [wall] if seen else []
+        silhouette += wall[1:3] if seen else [wall[0], wall[3]]
     return Piece((tuple(silhouette),), tuple(lines), low, high, loop)
 
 
@@ -199,18 +196,18 @@ def plain_parts(badge: Badge, process: MountProcess) -> list[Part]:
 
 def card_part(badge: Badge, card_mm: float) -> Part:
     """The printed card, its gratings and markers sketched."""
-    x0, y0, x1, y1 = in_frame(badge.outline_mm, badge)
+    x0, y0, x1, y1 = outline = in_frame(badge.outline_mm, badge)
     marks: list[tuple[Loop, float]] = []
     hints: list[tuple[Point, Point]] = []
     for grating in badge.gratings:
         corners = corners_in_frame(badge, grating, grating.rect_mm)
         marks.append((corners, 0.8))
-        hints += _lines(corners)
+        hints += lines_across(corners)
     for square, whites in marker_squares(badge):
         marks.append((box_loop(in_frame(square, badge)), 0.2))
         marks += [(box_loop(in_frame(white, badge)), 1.0) for white in whites]
     size = f"{card_mm:g} mm; {x1 - x0:g} × {y1 - y0:g} mm"
-    body = prism(((x0, y0), (x1, y0), (x1, y1), (x0, y1)), 0.0, card_mm)
+    body = prism(box_loop(outline), 0.0, card_mm)
     return Part("printed card", size, (body,), 1.0, tuple(marks), tuple(hints))
 
 
@@ -220,7 +217,7 @@ def front_parts(badge: Badge, low: float, film_mm: float) -> list[Part]:
     middle = low + lens.thickness_mm
     several = f"{len(loops)} " if len(loops) > 1 else ""
     plural = "s" if several else ""
-    hints = [line for corners in loops for line in _lines(corners)]
+    hints = [line for corners in loops for line in lines_across(corners)]
     body = tuple(prism(loop, low, middle) for loop in loops)
     if lens.kind != "mask":
         name = f"{several}lens sheet{plural}"
@@ -232,10 +229,10 @@ def front_parts(badge: Badge, low: float, film_mm: float) -> list[Part]:
     ]
 
 
-def _lines(corners: tuple[Point, ...]) -> list[tuple[Point, Point]]:
+def lines_across(corners: Sequence[Point], step_mm: float = HINT_MM) -> list[tuple[Point, Point]]:
     """Sketched lines across a rectangle's axis, along which its first two corners lie."""
     (ax, ay), (bx, by), (cx, cy), (dx, dy) = corners
-    count = max(2, int(math.hypot(bx - ax, by - ay) / HINT_MM))
+    count = max(2, int(math.hypot(bx - ax, by - ay) / step_mm))
     steps = [k / count for k in range(1, count)]
     return [((ax + s * (bx - ax), ay + s * (by - ay)), (dx + s * (cx - dx), dy + s * (cy - dy))) for s in steps]
 

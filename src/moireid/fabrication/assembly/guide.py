@@ -26,12 +26,14 @@ from moireid.files import whole_file
 from moireid.profiles import PAPERS_MM
 
 if TYPE_CHECKING:
-    from reportlab.platypus import Paragraph
+    from reportlab.platypus import Paragraph, Table
 
 
 #: Solids as they are drawn, by "printed" or "acrylic", and by their names.
 DrawnMounts = dict[str, dict[str, Piece]]
 LEFT_MM, TOP_MM, POINTS, INDENT_POINTS = 18.0, 22.0, 8.0, 10.5
+#: Above a heading, and below a paragraph, points.
+ABOVE_POINTS, BELOW_POINTS = 6.0, 2.0
 #: Between columns, between rows of steps, and below the words, mm.
 COLUMN_GAP_MM, ROW_GAP_MM, FOOT_MM = 8.0, 5.0, 10.0
 #: Steps in a row; a step's picture is at most so high, and at least, mm.
@@ -61,7 +63,7 @@ def write_assembly_pdf(build: BuildPlan, path: Path, drawn: DrawnMounts) -> None
         sheet.canvas.showPage()
         _draw_steps(sheet, assembly_words.steps(build))
         if badge.lens.kind != "mask":
-            draw_plates(sheet, badge, LEFT_MM, TOP_MM)
+            _draw_plates(sheet, badge)
         sheet.save()
 
 
@@ -75,22 +77,20 @@ def _draw_parts(sheet: PdfPage, build: BuildPlan, views: list[tuple[str, list[Pa
         line = shape_line(set_name(build.badge.name)[0], bold=True)
         sheet.line(LEFT_MM, TOP_MM, line, points=min(18.0, NAME_MM * POINTS_PER_MM / max(line.width_em, 1e-9)))
         sheet.text(LEFT_MM, TOP_MM + 6, f"How to build this badge · moireid {build.badge.id}", points=9, align="left")
-    adhesive = filter(None, [assembly_words.glue_note(build)])
-    printing = [*(f"{name}: {value}" for name, value in assembly_words.settings(build)), *adhesive]
-    need, settings = _listed("You need", assembly_words.needs(build)), _listed("Print settings", printing)
-    columns = [need, settings]
-    if build.acrylic:
-        heading = "The mount, in acrylic" if build.mount == "none" else "Or, in place of the printed mount, in acrylic"
-        columns = [need + settings, _listed(heading, assembly_words.acrylic(build.acrylic))]
-    wide = (right - LEFT_MM - COLUMN_GAP_MM) / 2
-    words_top = sheet.page_mm[1] - FOOT_MM - max(_tall_mm(column, wide) for column in columns)
-    for k, column in enumerate(columns):
-        _draw_words(sheet, column, LEFT_MM + k * (wide + COLUMN_GAP_MM), words_top, wide)
+    need = _listed("You need", assembly_words.needs(build))
+    settings = _listed("Print settings", assembly_words.settings(build))
+    columns, parts = [need, settings], build.parts
+    if parts.acrylic:
+        instead = "The mount" if parts.printed == "none" else "Or, in place of the printed mount"
+        columns = [need + settings, _listed(f"{instead}, in acrylic", assembly_words.acrylic(parts.acrylic))]
+    words = _side_by_side(columns, (right - LEFT_MM - COLUMN_GAP_MM) / 2)
+    words_top = sheet.page_mm[1] - FOOT_MM - words.wrapOn(sheet.canvas, 0, 0)[1] / POINTS_PER_MM
+    words.drawOn(sheet.canvas, LEFT_MM * POINTS_PER_MM, FOOT_MM * POINTS_PER_MM)
     each = (right - LEFT_MM - COLUMN_GAP_MM * (len(views) - 1)) / len(views)
-    for k, (heading, parts) in enumerate(views):
+    for k, (heading, shown) in enumerate(views):
         x = LEFT_MM + k * (each + COLUMN_GAP_MM)
         sheet.text(x, TOP_MM + 14, heading, points=10.5, font=BOLD, align="left")
-        draw_exploded(sheet, parts, (x, TOP_MM + 19, x + each, words_top - 6))
+        draw_exploded(sheet, shown, (x, TOP_MM + 19, x + each, words_top - 6))
 
 
 def _listed(heading: str, lines: Sequence[str]) -> list[Paragraph]:
@@ -103,26 +103,22 @@ def _paragraph(text: str, *, bold: bool = False, bullet: str = "") -> Paragraph:
     from reportlab.lib.styles import ParagraphStyle
     from reportlab.platypus import Paragraph
 
-    points, before, after = (POINTS + 2.0, 6.0, 3.0) if bold else (POINTS, 0.0, 2.0)
+    points, before, after = (POINTS + 2.0, ABOVE_POINTS, 3.0) if bold else (POINTS, 0.0, BELOW_POINTS)
     style = ParagraphStyle("", fontName=BOLD if bold else REGULAR, fontSize=points, leading=1.3 * points)
     style.spaceBefore, style.spaceAfter, style.leftIndent = before, after, INDENT_POINTS if bullet else 0.0
     style.bulletFontName, style.bulletFontSize = REGULAR, points
     return Paragraph(escape(text), style, bulletText=bullet or None)
 
 
-def _tall_mm(words: Sequence[Paragraph], wide_mm: float) -> float:
-    """Height of paragraphs below each other in a column of that width, mm."""
-    tall = (one.wrap(wide_mm * POINTS_PER_MM, 0)[1] + one.style.spaceBefore + one.style.spaceAfter for one in words)
-    return float(sum(tall)) / POINTS_PER_MM
+def _side_by_side(columns: Sequence[Sequence[Paragraph]], wide_mm: float) -> Table:
+    """Columns of that width, each of paragraphs below each other."""
+    from reportlab.platypus import Table
 
-
-def _draw_words(sheet: PdfPage, words: Sequence[Paragraph], x: float, top: float, wide_mm: float) -> None:
-    """Draw paragraphs below each other from a place on, mm."""
-    y = (sheet.height_mm - top) * POINTS_PER_MM
-    for one in words:
-        y -= one.style.spaceBefore + one.wrap(wide_mm * POINTS_PER_MM, 0)[1]
-        one.drawOn(sheet.canvas, x * POINTS_PER_MM, y)
-        y -= one.style.spaceAfter
+    style = {"LEFTPADDING": 0.0, "RIGHTPADDING": COLUMN_GAP_MM * POINTS_PER_MM, "VALIGN": "TOP"}
+    # A cell leaves out what its first paragraph has above it and its last one below.
+    style |= {"TOPPADDING": ABOVE_POINTS, "BOTTOMPADDING": BELOW_POINTS}
+    commands = [(name, (0, 0), (-1, -1), value) for name, value in style.items()]
+    return Table([list(columns)], (wide_mm + COLUMN_GAP_MM) * POINTS_PER_MM, style=commands)
 
 
 def _draw_steps(sheet: PdfPage, found: list[Step]) -> None:
@@ -131,35 +127,37 @@ def _draw_steps(sheet: PdfPage, found: list[Step]) -> None:
     sheet.text(LEFT_MM, TOP_MM - 4, "Step by step", points=16, font=BOLD, align="left")
     wide = (width - 2 * LEFT_MM - COLUMN_GAP_MM * (STEPS_ACROSS - 1)) / STEPS_ACROSS
     words = [
-        [_paragraph(f"{k}.  {step.title}", bold=True), _paragraph(step.words)] for k, step in enumerate(found, start=1)
+        [_paragraph(f"{k}.  {title}", bold=True), _paragraph(text)] for k, (title, text, _) in enumerate(found, start=1)
     ]
-    rows = [range(k, min(k + STEPS_ACROSS, len(found))) for k in range(0, len(found), STEPS_ACROSS)]
-    needed = [max(_tall_mm(words[k], wide) for k in row) for row in rows]
+    firsts = range(0, len(found), STEPS_ACROSS)
+    rows = [_side_by_side(words[k : k + STEPS_ACROSS], wide) for k in firsts]
+    needed = [row.wrapOn(sheet.canvas, 0, 0)[1] / POINTS_PER_MM for row in rows]
     # The pictures share what the words leave.
     least, most = PICTURE_MM
     tall = min(most, max(least, (height - TOP_MM - FOOT_MM - sum(needed)) / len(rows) - ROW_GAP_MM))
     top = TOP_MM + 2
-    for row, words_mm in zip(rows, needed, strict=True):
-        for column, k in enumerate(row):
+    for k, row, words_mm in zip(firsts, rows, needed, strict=True):
+        for column, (_, _, draw) in enumerate(found[k : k + STEPS_ACROSS]):
             x = LEFT_MM + column * (wide + COLUMN_GAP_MM)
-            found[k].draw(sheet, (x, top, x + wide, top + tall))
-            _draw_words(sheet, words[k], x, top + tall, wide)
-        top += tall + words_mm + ROW_GAP_MM
+            draw(sheet, (x, top, x + wide, top + tall))
+        top += tall + words_mm
+        row.drawOn(sheet.canvas, LEFT_MM * POINTS_PER_MM, (sheet.height_mm - top) * POINTS_PER_MM)
+        top += ROW_GAP_MM
 
 
 def _views(build: BuildPlan, drawn: DrawnMounts) -> list[tuple[str, list[Part]]]:
     """The exploded views, one for each way to build the badge: heading and parts."""
-    views, figures = [], build.figures
-    if build.mount_plan is None and build.acrylic is None:
+    views, made, figures = [], build.parts, build.parts.figures
+    if made.mount_plan is None and made.acrylic is None:
         return [("The parts", plain_parts(build.badge, figures.printed))]
     from moireid.fabrication.assembly.mount_views import acrylic_parts, printed_parts
 
-    if build.mount_plan is not None:
-        parts = printed_parts(build.badge, build.mount_plan, figures.printed, drawn["printed"])
+    if made.mount_plan is not None:
+        parts = printed_parts(build.badge, made.mount_plan, figures.printed, drawn["printed"])
         views.append(("The parts, with the printed mount", parts))
-    if build.acrylic:
-        screw = f"M3 × {assembly_words.screw_length_mm(build.acrylic)}"
-        parts = acrylic_parts(build.badge, build.acrylic, figures.acrylic.film_mm, screw, drawn["acrylic"])
+    if made.acrylic:
+        screw = f"M3 × {assembly_words.screw_length_mm(made.acrylic)}"
+        parts = acrylic_parts(build.badge, made.acrylic, figures.acrylic.film_mm, screw, drawn["acrylic"])
         views.append(("The parts, with the mount in acrylic", parts))
     return views
 
@@ -187,28 +185,28 @@ def placed(found: list[tuple[str, Point]], room: Rect) -> list[list[tuple[str, R
     return pages
 
 
-def draw_plates(sheet: PdfPage, badge: Badge, left_mm: float, top_mm: float) -> None:
+def _draw_plates(sheet: PdfPage, badge: Badge) -> None:
     """Draw the pages of the plate, each begun anew."""
     found = pieces(badge)
     widest, tallest = (max(size[k] for _, size in found) for k in (0, 1))
     papers = [page for paper_mm in (sheet.page_mm, badge.page_mm) for page in (paper_mm, paper_mm[::-1])]
-    room = [page for page in papers if widest <= page[0] - 2 * RIM_MM and tallest <= page[1] - top_mm - ROOM_MM]
+    room = [page for page in papers if widest <= page[0] - 2 * RIM_MM and tallest <= page[1] - TOP_MM - ROOM_MM]
     width, height = room[0] if room else badge.page_mm
     # A piece as wide as the paper's printable part takes the room of the margins too.
-    left = max(RIM_MM, min(left_mm, (width - widest) / 2))
-    for page in placed(found, (left, top_mm + HEAD_MM, width - RIM_MM, height - ROOM_MM + HEAD_MM)):
+    left = max(RIM_MM, min(LEFT_MM, (width - widest) / 2))
+    for page in placed(found, (left, TOP_MM + HEAD_MM, width - RIM_MM, height - ROOM_MM + HEAD_MM)):
         sheet.turn_page((width, height))
-        sheet.text(left_mm, top_mm, "The lens sheet, in true size", points=16, font=BOLD, align="left")
+        sheet.text(LEFT_MM, TOP_MM, "The lens sheet, in true size", points=16, font=BOLD, align="left")
         lines = (
             "Print at 100 %. Lay the sheet on this page, ribs up, so that its ribs run as the thin lines do. Mark it",
             "where the ticks beyond it point. Along the ribs score in a groove, and bend; across them cut at a steel",
             "ruler, square to the ribs. Measure across: no wider than here, and at most 0.2 mm narrower.",
         )
         for k, line in enumerate(lines):
-            sheet.text(left_mm, top_mm + 7 + 5 * k, line, points=9, align="left")
+            sheet.text(LEFT_MM, TOP_MM + 7 + 5 * k, line, points=9, align="left")
         for name, rect in page:
             _draw_piece(sheet, name, rect)
-        _scale(sheet, left_mm, height - 14)
+        _scale(sheet, LEFT_MM, height - 14)
 
 
 def _draw_piece(sheet: PdfPage, name: str, rect: Rect) -> None:

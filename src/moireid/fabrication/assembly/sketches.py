@@ -19,11 +19,12 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from moireid.badge import Badge, Grating, Point, Rect
+from moireid.fabrication.assembly.exploded import box_loop, lines_across
 from moireid.fabrication.page.canvas import PdfPage
 from moireid.fabrication.page.marks import INK, PAPER
 from moireid.fabrication.page.pitch_bands import look_m, pitch_bands
 from moireid.fabrication.page.preview import lines_over, rays_landed_mm, smooth_light, view_mm
-from moireid.fabrication.sight import corners_in_frame, has_turned, in_frame, sheet_pieces
+from moireid.fabrication.sight import corners_in_frame, half_board_mm, has_turned, in_frame, sheet_pieces
 from moireid.frames import own_rect
 from moireid.layers import is_smooth
 
@@ -97,9 +98,8 @@ class BadgeSketch:
 
     def __init__(self, badge: Badge, area: Rect, *, spare: float = 1.0) -> None:
         """Parameters: spare: share of the area that the board fills."""
-        x0, y0, x1, y1 = badge.outline_mm
-        self.badge, self.half = badge, ((x1 - x0) / 2, (y1 - y0) / 2)
-        self.scale = spare * min((area[2] - area[0]) / (x1 - x0), (area[3] - area[1]) / (y1 - y0))
+        self.badge, self.half = badge, half_board_mm(badge)
+        self.scale = spare * min((area[2 + k] - area[k]) / 2 / self.half[k] for k in (0, 1))
         self.middle = ((area[0] + area[2]) / 2, (area[1] + area[3]) / 2)
 
     def at(self, place: Point) -> Point:
@@ -108,7 +108,7 @@ class BadgeSketch:
 
     def box(self, x0: float, y0: float, x1: float, y1: float) -> list[Point]:
         """A rectangle of the frame, as it is drawn."""
-        return [self.at(place) for place in ((x0, y0), (x1, y0), (x1, y1), (x0, y1))]
+        return [self.at(place) for place in box_loop((x0, y0, x1, y1))]
 
     def draw(self, sheet: PdfPage, *, dash_mm: float | None = None) -> None:
         """The outline, the markers, and the striped fields."""
@@ -116,11 +116,8 @@ class BadgeSketch:
         sheet.path(self.box(-half_x, -half_y, half_x, half_y), 1.0, 0.2, dash_mm=dash_mm)
         for dark in self.badge.markers.dark_mm:
             sheet.path(self.box(*in_frame(dark, self.badge)), 0.25, None)
-        fields = [
-            [self.at(place) for place in corners_in_frame(self.badge, grating, grating.rect_mm)]
-            for grating in self.badge.gratings
-        ]
-        for corners in fields:
+        for grating in self.badge.gratings:
+            corners = [self.at(place) for place in corners_in_frame(self.badge, grating, grating.rect_mm)]
             sheet.path(corners, 0.9, None)
             stripes(sheet, corners, 1.1, 0.55)
 
@@ -132,18 +129,9 @@ class BadgeSketch:
             stripes(sheet, drawn, 2.2, 0.75)
 
 
-def _box(x0: float, y0: float, x1: float, y1: float) -> list[Point]:
-    """A rectangle of the page."""
-    return [(x0, y0), (x1, y0), (x1, y1), (x0, y1)]
-
-
 def stripes(sheet: PdfPage, corners: Sequence[Point], step_mm: float, grey: float) -> None:
     """Lines across the first side of a rectangle."""
-    (ax, ay), (bx, by), (cx, cy), (dx, dy) = corners
-    count = max(2, int(math.dist(corners[0], corners[1]) / step_mm))
-    for k in range(1, count):
-        s = k / count
-        ends = [(ax + s * (bx - ax), ay + s * (by - ay)), (dx + s * (cx - dx), dy + s * (cy - dy))]
+    for ends in lines_across(corners, step_mm):
         sheet.path(ends, None, grey, closed=False)
 
 
@@ -165,7 +153,7 @@ def measure(sheet: PdfPage, area: Rect) -> None:
         x = x0 + (x1 - x0) * k / 15
         sheet.stroke(x, y, x, y - (3.0 if k % 5 == 0 else 1.6), 0.15)
     sheet.stroke(x0, y, x1, y, 0.3)
-    sheet.path(_box(x0 - 2, y + 0.8, x1 + 2, y + 7), 0.92, 0.3)
+    sheet.path(box_loop((x0 - 2, y + 0.8, x1 + 2, y + 7)), 0.92, 0.3)
     for k in range(16):
         x = x0 + (x1 - x0) * k / 15
         sheet.stroke(x, y + 0.8, x, y + (3.4 if k % 5 == 0 else 2.2), 0.15)
@@ -288,8 +276,7 @@ def carried(badge: Badge, kind: str, slots: int, sheet: PdfPage, area: Rect) -> 
     board = BadgeSketch(badge, (area[0], area[1] + 6, area[2], area[3]), spare=0.95)
     board.draw(sheet)
     board.pieces(sheet)
-    places = (-0.6, 0.6) if slots == 2 else (0.0,)
-    for share in places:
+    for share in (-0.6, 0.6) if slots == 2 else (0.0,):
         x, y = board.at((share * board.half[0], board.half[1]))
         if kind == "clip":
             # The clip from the front, its hook through the slot, its jaws above.
@@ -297,13 +284,7 @@ def carried(badge: Badge, kind: str, slots: int, sheet: PdfPage, area: Rect) -> 
             arrow(sheet, (x + 6, y - 4), (x + 2.6, y - 3))
         else:
             sheet.path([(x, y), (x + (0.4 * (x - board.middle[0])), area[1])], None, 0.0, closed=False)
-        sheet.path(board.box(*_tab(board, share)), 0.75, 0.2)
-
-
-def _tab(board: BadgeSketch, share: float) -> Rect:
-    half, low = 1.6 / board.scale, board.half[1]
-    middle = share * board.half[0]
-    return (middle - half, low, middle + half, low + 1.2 / board.scale)
+        sheet.path(box_loop((x - 1.6, y, x + 1.6, y - 1.2)), 0.75, 0.2)
 
 
 def film(badge: Badge, look_m: float, sheet: PdfPage, area: Rect) -> None:
@@ -316,8 +297,8 @@ def film(badge: Badge, look_m: float, sheet: PdfPage, area: Rect) -> None:
     arrow(sheet, (x - 9, y), (x + 9, y), both=True)
     sheet.text(x, y - 1.2, "20 cm", points=6)
     phone = (area[2] - 11, area[1] + 4, area[2] - 3, area[3] - 6)
-    sheet.path(_box(*phone), 0.4, 0.0)
-    sheet.path(_box(phone[0] + 0.8, phone[1] + 1.6, phone[2] - 0.8, phone[3] - 1.6), 1.0, None)
+    sheet.path(box_loop(phone), 0.4, 0.0)
+    sheet.path(box_loop((phone[0] + 0.8, phone[1] + 1.6, phone[2] - 0.8, phone[3] - 1.6)), 1.0, None)
     middle = (phone[1] + phone[3]) / 2
     start = area[0] + wide + 1
     sheet.path([(start, middle), (phone[0] - 1, middle)], None, 0.5, closed=False, dash_mm=0.8)

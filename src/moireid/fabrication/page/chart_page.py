@@ -5,14 +5,13 @@ The lines, markers, crop marks and scale bars are those of a badge's page; only 
 
 from __future__ import annotations
 
-import tempfile
 from pathlib import Path
 
 from moireid.badge import Badge, load_badge
 from moireid.errors import FabricationError
 from moireid.fabrication.page.canvas import BOLD, POINTS_PER_MM, REGULAR, PdfPage
 from moireid.fabrication.page.pdf import draw_upright, write_badge_pdf
-from moireid.files import planned, write_text
+from moireid.files import planned, whole_file
 from moireid.ink_strip import ink_patches
 from moireid.sheets import MM_PER_INCH
 
@@ -31,17 +30,15 @@ def print_chart(chart: Badge, folder: Path, *, overwrite: bool = False) -> dict[
     Returns: path by name.
     Raises: SpecError where a file is in the way; FabricationError where the description does not read back.
     """
-    planned([folder / PDF, folder / JSON], overwrite=overwrite)
-    with tempfile.TemporaryDirectory(prefix=".moireid-", dir=folder) as aside_name:
-        aside = Path(aside_name)
-        write_badge_pdf(chart, aside / PDF, write_words=_write_words)
-        write_text(aside / JSON, chart.to_json())
-        if load_badge(aside / JSON) != chart:
+    sheet, description = folder / PDF, folder / JSON
+    planned([sheet, description], overwrite=overwrite)
+    # The description goes last, so that where it exists the sheet exists too.
+    with whole_file(description) as new_description, whole_file(sheet) as new_sheet:
+        write_badge_pdf(chart, new_sheet, write_words=_write_words)
+        new_description.write_text(chart.to_json(), encoding="utf-8")
+        if load_badge(new_description) != chart:
             raise FabricationError(f"{JSON} does not read back as it was written; report this")
-        # The description goes last, so that where it exists the sheet exists too.
-        for name in (PDF, JSON):
-            (aside / name).replace(folder / name)
-    return {name: folder / name for name in (PDF, JSON)}
+    return {PDF: sheet, JSON: description}
 
 
 def band_label(number: int, pitch_mm: float) -> tuple[str, str]:

@@ -8,7 +8,6 @@ the tray on its back, clip or stand in the 3MF file to the right of it.
 
 from __future__ import annotations
 
-from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -21,7 +20,6 @@ from moireid.fabrication.printed.tray import TrayPlan, plan_tray
 from moireid.fabrication.printed.tray_shape import shape_tray
 from moireid.fabrication.process_figures import BED_MM, LEAST_WALL_MM, MountProcess
 from moireid.fabrication.solids import (
-    CAD_PACKAGES,
     Body,
     cad_package,
     check_3mf,
@@ -32,7 +30,6 @@ from moireid.fabrication.solids import (
     export_stl,
     solid_of,
 )
-from moireid.files import AnyPath, as_path, planned, whole_file
 
 #: Kinds, and lanyard slots of each: a badge on two cords keeps still; a clip has one hook; a stand needs none.
 SLOTS = {"lanyard": 2, "clip": 1, "stand": 0}
@@ -48,7 +45,6 @@ class MountReport:
     """
 
     stls: tuple[Path, ...]
-    three_mf: Path
     mass_g: float
     bodies: tuple[Body, ...]
 
@@ -103,43 +99,31 @@ def mount_bodies(
 
 def write_mount(
     badge: Badge,
-    folder: AnyPath,
+    folder: Path,
     *,
     kind: str = "lanyard",
-    overwrite: bool = False,
     process: MountProcess | None = None,
-    tolerance_mm: float = 0.05,
     plan: MountPlan | None = None,
     bodies: tuple[Body, ...] = (),
 ) -> MountReport:
-    """Write the STL files and mount.3mf, read all back, and keep them only if all hold what was designed.
+    """Write the STL files and mount.3mf into a folder that holds neither, and read all back.
 
-    Parameters: tolerance_mm: how far the STL's facets may be off the true surface; plan: as for `mount_bodies`;
-        bodies: as that gives them, none to shape them here.
-    Raises: as `mount_bodies`; SpecError where a file exists and overwrite is false; FabricationError where a file
-        fails its check, in which case none is written and no older one is touched.
+    Parameters: plan: as for `mount_bodies`; bodies: as that gives them, none to shape them here.
+    Raises: as `mount_bodies`; FabricationError where a file fails its check.
     """
-    folder, process = as_path(folder), process or MountProcess()
+    process = process or MountProcess()
     plan = plan or plan_mount(badge, kind, process)
     stls, three_mf = tuple(folder / name for name in mount_stls(plan)), folder / "mount.3mf"
-    planned((*stls, three_mf), overwrite=overwrite)
-    # The kernel takes seconds to load, so the small packages are imported first, in case one is missing.
-    for name in CAD_PACKAGES:
-        cad_package(name)
-    bodies, (tray, _) = bodies or mount_bodies(badge, kind, process, plan), plan
-    with ExitStack() as files:
-        *new_stls, new_3mf = (files.enter_context(whole_file(path)) for path in (*stls, three_mf))
-        meshes = []
-        for body, new in zip(bodies, new_stls, strict=True):
-            export_stl(body.on_bed, new, tolerance_mm=tolerance_mm)
-            meshes.append(check_stl(new, body))
-            check_overhangs(meshes[-1], body.name)
-        colours = [COLOURS[kind_of(body.name)] for body in bodies]
-        export_3mf(list(zip([body.name for body in bodies], meshes, colours, strict=True)), new_3mf)
-        check_3mf(new_3mf, bodies, colours)
-        _check_bodies(bodies, meshes, tray, process)
-    mass_g = sum(body.volume_mm3 for body in bodies) * PLA_G_PER_MM3
-    return MountReport(stls, three_mf, mass_g, bodies)
+    bodies, (tray, _), meshes = bodies or mount_bodies(badge, kind, process, plan), plan, []
+    for body, path in zip(bodies, stls, strict=True):
+        export_stl(body.on_bed, path)
+        meshes.append(check_stl(path, body))
+        check_overhangs(meshes[-1], body.name)
+    colours = [COLOURS[kind_of(body.name)] for body in bodies]
+    export_3mf(list(zip([body.name for body in bodies], meshes, colours, strict=True)), three_mf)
+    check_3mf(three_mf, bodies, colours)
+    _check_bodies(bodies, meshes, tray, process)
+    return MountReport(stls, sum(body.volume_mm3 for body in bodies) * PLA_G_PER_MM3, bodies)
 
 
 def _holder_body(b3d: Any, holder: HolderBody, plan: TrayPlan, process: MountProcess) -> Body:

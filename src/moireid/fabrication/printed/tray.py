@@ -86,11 +86,6 @@ class TrayPlan:
     slots: tuple[float, ...]
 
     @property
-    def size_mm(self) -> tuple[float, float]:
-        """Width and height from the front."""
-        return 2 * self.out_x, self.tab_top - self.bottom
-
-    @property
     def stepped(self) -> bool:
         """Whether the rim is higher below the lips than elsewhere."""
         return self.side_top < self.rim_top

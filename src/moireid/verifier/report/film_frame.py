@@ -5,7 +5,6 @@ The film is opened again for it, and must still be the file that was judged.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 
 import cv2
@@ -24,13 +23,8 @@ OUTLINES = {"accept": (40, 190, 110), "reject": (230, 50, 40), "inconclusive": (
 MOST_PX, QUALITY = 960, 82
 
 
-@dataclass(frozen=True)
-class Moment:
-    """A frame: its number, its time, s (None if the film's times start anew), the badge's corners (4, 2) px."""
-
-    index: int
-    time_s: float | None
-    corners_px: Array | None
+#: A frame: its number, its time, s (None if the film's times start anew), the badge's corners (4, 2) px.
+Moment = tuple[int, float | None, Array | None]
 
 
 def moment_to_show(report: Report) -> Moment:
@@ -40,7 +34,7 @@ def moment_to_show(report: Report) -> Moment:
     """
     track = report.track
     if not track.tracked:
-        return Moment(report.frames["read"] // 2, None, None)
+        return report.frames["read"] // 2, None, None
     k = int(np.argmax(track.correlations))
     if report.measurement is not None and report.invariant.verdict == "reject":
         signal = report.measurement.gratings[report.most_informative]
@@ -49,24 +43,25 @@ def moment_to_show(report: Report) -> Moment:
         k = int(np.argmax(off)) if len(off) == track.tracked else k
     corners = board_px(track.badge, track.homographies[k], track.image_px[0] if track.mirrored else None)
     restarted = any(reason.code == "times" for reason in report.reasons)
-    return Moment(int(track.frame_numbers[k]), None if restarted else float(track.times_s[k]), corners)
+    return int(track.frame_numbers[k]), None if restarted else float(track.times_s[k]), corners
 
 
 def frame_picture(report: Report, moment: Moment) -> bytes | None:
     """That frame as a JPEG, in colour, the badge outlined; None if the film is gone or has changed."""
+    index, time_s, corners_px = moment
     try:
         chosen = next((one["index"] for one in report.film.get("tracks", ()) if one["chosen"]), None)
         film = Film(Path(report.film["path"]), track=chosen)
         if film.described()["sha256"] != report.film["sha256"]:
             return None
-        seen, turns = film.picture(moment.index, moment.time_s)
+        seen, turns = film.picture(index, time_s)
     except MediaError:
         return None
     seen = np.ascontiguousarray(seen)
     share = min(MOST_PX / max(seen.shape[:2]), 1.0)
     small = cv2.resize(seen, None, fx=share, fy=share, interpolation=cv2.INTER_AREA)
-    if moment.corners_px is not None:
-        outline = np.rint(16 * share * moment.corners_px).astype(np.int32)[:, None]
+    if corners_px is not None:
+        outline = np.rint(16 * share * corners_px).astype(np.int32)[:, None]
         for colour, width in (((255, 255, 255), 6), (OUTLINES[report.verdict], 3)):
             cv2.polylines(small, [outline], True, colour, width, cv2.LINE_AA, shift=4)
     upright = np.rot90(small[:, :, ::-1], turns)

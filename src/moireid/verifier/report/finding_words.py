@@ -85,118 +85,108 @@ SHOW = (
 )
 
 
-@dataclass(frozen=True)
-class Words:
-    """The reason why a film is inconclusive, for the headline, and a sentence on what to do."""
-
-    because: str
-    advice: str
-
-
-GENERAL = Words("the film shows too little", NEARER)
+#: Why a film is inconclusive, for the headline, and a sentence on what to do.
+Reason = tuple[str, str]
+GENERAL = ("the film shows too little", NEARER)
 #: Rivals of the law that may remain.
 RIVALS = {name: words for name, words in WORDS.items() if words.remedy}
 #: Too few frames show the badge: because none does, or because the film has too few.
-NO_BADGE = Words(
+NO_BADGE = (
     "no badge was found in the film",
     "Ask for a film that shows the whole badge with its four corner markers or its frame, near and in even light. "
     "Check too that it is a badge of the kind that was claimed.",
 )
-TOO_SHORT = Words(
+TOO_SHORT = (
     "the film is too short",
     "Ask for a longer film, of ten seconds or more, in which badge or camera moves sideways several times.",
 )
-OPEN = {
-    "badge_absent": Words(
+OPEN: dict[str, Reason] = {
+    "badge_absent": (
         "the badge can hardly be seen",
         "Ask for another film that shows the whole badge throughout, from nearer, in even light.",
     ),
-    "fringes": Words("no fringes could be read", NEARER),
-    "motion": Words("the badge hardly moved", MOVE),
-    "motion_gaps": Words(
+    "fringes": ("no fringes could be read", NEARER),
+    "motion": ("the badge hardly moved", MOVE),
+    "motion_gaps": (
         "the badge moved only where pictures are missing",
         "Ask for another film in one piece; in a call, for a faster connection.",
     ),
-    "gain": Words(
+    "gain": (
         "how far the fringes move does not decide it",
         "The issuer of the badge can enroll it with a film of it; then it is known how far its fringes move.",
     ),
-    "lens": Words(
+    "lens": (
         "the film does not show which lens took it",
         "State the camera's lens, or ask for another film with the badge tilted by 15 to 25 degrees.",
     ),
-    "page_scale": Words(
+    "page_scale": (
         "the badge's page or its lens sheet is off its size",
         "Measure the bars on the page and the pitch of the sheet, and print the page at 100 %.",
     ),
-    "residual": Words("the fringes leave the law, perhaps by errors of the film", NEARER),
-    "parts": Words("parts of the badge do not quite agree", NEARER),
-    "spacing": Words("the fringes do not follow the distance, as after a zoom", ORIGINAL),
-    "third_harmonic": Words(
+    "residual": ("the fringes leave the law, perhaps by errors of the film", NEARER),
+    "parts": ("parts of the badge do not quite agree", NEARER),
+    "spacing": ("the fringes do not follow the distance, as after a zoom", ORIGINAL),
+    "third_harmonic": (
         "the fringes look soft, and the page does not",
         "Ask for another film from nearer. A sheet that does not lie flat makes soft fringes.",
     ),
-    "cross_fade": Words(
+    "cross_fade": (
         "the fringes change as those of a few photographs do",
         "Ask for another film in even light, in which the badge keeps moving.",
     ),
-    "focal": Words("the picture looks stretched or cut out", ORIGINAL),
-    "camera": Words("the picture may have been zoomed, reframed or stabilised", ORIGINAL),
-    "mixed_frames": Words("frames are mixed with their neighbours", ORIGINAL),
-    "small": Words("the badge is too small in the picture", NEARER),
-    "covered": Words(
-        "something covers the badge", "Ask for another film in which no hand, caption or glare covers it."
-    ),
-    "pose_outliers": Words("the badge does not look flat in too many frames", NEARER),
-    "tracks": Words(
+    "focal": ("the picture looks stretched or cut out", ORIGINAL),
+    "camera": ("the picture may have been zoomed, reframed or stabilised", ORIGINAL),
+    "mixed_frames": ("frames are mixed with their neighbours", ORIGINAL),
+    "small": ("the badge is too small in the picture", NEARER),
+    "covered": ("something covers the badge", "Ask for another film in which no hand, caption or glare covers it."),
+    "pose_outliers": ("the badge does not look flat in too many frames", NEARER),
+    "tracks": (
         "players may show other pictures than those judged",
         "Ask for the film with one video track, without crops, edit lists and subtitles; or say which track is meant.",
     ),
-    "damaged": Words("too many pictures are damaged", ORIGINAL),
-    "flicker": Words(
+    "damaged": ("too many pictures are damaged", ORIGINAL),
+    "flicker": (
         "the badge is missing in too many frames",
         "Ask for another film, in better light and with slower moves, that shows the badge in every frame.",
     ),
-    "unsearched": Words(
+    "unsearched": (
         "the badge may have been in view where the film was not searched",
         "Ask for another film, before a plainer background, that shows the badge throughout.",
     ),
-    "cover": Words(
+    "cover": (
         "the badge is judged in too few of the film's seconds",
         "Look at the bar of seconds: judge only those, or ask for a film that shows the badge throughout.",
     ),
-    "corners": Words("the badge's markers are hidden", NEARER),
-    "piece": Words(
-        "the film is in pieces that are too short", "Check the pieces one by one, or ask for a longer film."
-    ),
-    "identity": Words("whose badge it is cannot be read", NEARER),
-    "beats": Words("the badge's code could not be confirmed", NEARER),
-    "cells_move": Words("the badge's code does not quite move with its rows", NEARER),
-    "built": Words(
+    "corners": ("the badge's markers are hidden", NEARER),
+    "piece": ("the film is in pieces that are too short", "Check the pieces one by one, or ask for a longer film."),
+    "identity": ("whose badge it is cannot be read", NEARER),
+    "beats": ("the badge's code could not be confirmed", NEARER),
+    "cells_move": ("the badge's code does not quite move with its rows", NEARER),
+    "built": (
         "it may be a copy that was built anew",
         "Ask for another film, from nearer and with more motion; or do not ask for the figures of enrolment.",
     ),
-    "others_break": Words(
+    "others_break": (
         "another badge in the film breaks the law",
         "Look at both badges, or ask for a film of one: the finding says where or when.",
     ),
-    "layout": Words("one kind of badge in the registry cannot be checked", "Inform the operator of the registry."),
-    "level": Words(
+    "layout": ("one kind of badge in the registry cannot be checked", "Inform the operator of the registry."),
+    "level": (
         "less is shown than was asked for",
         "Ask the person for a live check with prompts, or enroll the badge with a film of it: the finding says which.",
     ),
-    "face": Words("no face was found", "Ask for another film with the face from the front, well lit."),
-    "overlap": Words("the badge is not before the face long enough", "Ask that it be held across the face for 2 s."),
-    "overlap_law": Words("the badge before the face cannot be read", NEARER),
-    "challenge": Words("the challenge was not finished", SHOW),
-    "prompt": Words("a prompt could not be judged", SHOW),
-    "unbroken": Words("the badge, or the picture, was lost during the moves", SHOW),
-    "window_correlation": Words("nothing moved", MOVE),
+    "face": ("no face was found", "Ask for another film with the face from the front, well lit."),
+    "overlap": ("the badge is not before the face long enough", "Ask that it be held across the face for 2 s."),
+    "overlap_law": ("the badge before the face cannot be read", NEARER),
+    "challenge": ("the challenge was not finished", SHOW),
+    "prompt": ("a prompt could not be judged", SHOW),
+    "unbroken": ("the badge, or the picture, was lost during the moves", SHOW),
+    "window_correlation": ("nothing moved", MOVE),
 }
 
 
-def words_of(finding: Mapping[str, Any], frames_read: int | None = None, parameters: Parameters | None = None) -> Words:
-    """The words of an undecided finding.
+def words_of(finding: Finding, frames_read: int | None = None, parameters: Parameters | None = None) -> Reason:
+    """Why an undecided finding makes a film inconclusive, and what to do.
 
     Parameters: frames_read: of the film, None where that is not known; parameters: of a rival, as in the table.
     """
@@ -209,11 +199,11 @@ def words_of(finding: Mapping[str, Any], frames_read: int | None = None, paramet
         return OPEN.get(code, GENERAL)
     advice = f"Ask for another film; to exclude such fringes, {RIVALS[code].remedy}."
     if finding["unit"] == "log10":
-        return Words(f"fringes that {does(code, parameters or {})} would explain it better", advice)
-    return Words(f"fringes that {RIVALS[code].does} would look the same", advice)
+        return (f"fringes that {does(code, parameters or {})} would explain it better", advice)
+    return (f"fringes that {RIVALS[code].does} would look the same", advice)
 
 
-def first_open(findings: Sequence[Mapping[str, Any]]) -> Mapping[str, Any] | None:
+def first_open(findings: Sequence[Finding]) -> Finding | None:
     """The undecided finding that is named: the first; of several rivals, the likeliest."""
     first = next(iter(findings), None)
     if first is None or first["code"] not in RIVALS:

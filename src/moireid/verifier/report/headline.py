@@ -105,17 +105,17 @@ def _look(name: str) -> str:
 def _open(document: Mapping[str, Any], found: Findings) -> Headline:
     """The first undecided finding says why; the others are in the list of findings."""
     first = first_open(found.open)
-    words = GENERAL
+    because, advice = GENERAL
     if first is not None:
         known = {one.name: one.parameters for one in rivals_in(document)}
-        words = words_of(first, (document.get("frames") or {}).get("read"), known.get(first["code"]))
+        because, advice = words_of(first, (document.get("frames") or {}).get("read"), known.get(first["code"]))
     text = "This film neither proves nor disproves the badge."
     calibrated = (document.get("invariant") or {}).get("calibrated_log10")
     if calibrated:
         text += f" By itself, how its fringes moved gives {in_words(calibrated)}."
     if first is not None and first["code"] == "level":
         text = first["text"]
-    return Headline("inconclusive", f"Cannot tell: {words.because}", text, words.advice)
+    return Headline("inconclusive", f"Cannot tell: {because}", text, advice)
 
 
 def _refused(document: Mapping[str, Any], found: Findings, claimed: ClaimNote, known: Circumstances) -> Headline:

@@ -60,7 +60,7 @@ def pictures_of(report: Report) -> Pictures:
     moment = moment_to_show(report)
     if (shown := frame_picture(report, moment)) is not None:
         files[FRAME] = shown
-    return Pictures(files, moment.time_s, report.signals().to_csv())
+    return Pictures(files, moment[1], report.signals().to_csv())
 
 
 #: What was checked, in plain words.

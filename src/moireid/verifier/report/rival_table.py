@@ -23,17 +23,9 @@ NO_PROBABILITY = (
 )
 
 
-@dataclass(frozen=True)
-class RivalRow:
-    """One explanation: what the fringes would do, the odds against it as a power of ten, its share in 100 cases, and
-    whether it remains; law: whether it is the law of optics itself.
-    """
-
-    does: str
-    power: str
-    share: str
-    remains: bool
-    law: bool = False
+#: One explanation: what the fringes would do, the odds against it as a power of ten, its share in 100 cases, whether it
+#: remains, and whether it is the law of optics itself.
+RivalRow = tuple[str, str, str, bool, bool]
 
 
 @dataclass(frozen=True)
@@ -91,7 +83,7 @@ def _row(entry: Entry) -> RivalRow:
     law, odds, share = entry["name"] == LAW, entry["log10_odds"], entry["share"]
     power = "" if law or odds is None else _power(odds)
     words = does(entry["name"], {} if law else entry["parameters"])
-    return RivalRow(words, power, "" if share is None else _share(share), bool(entry["fits"]), law)
+    return words, power, "" if share is None else f"{100 * share:.2g}", bool(entry["fits"]), law
 
 
 def _power(log10: float) -> str:
@@ -99,7 +91,3 @@ def _power(log10: float) -> str:
     text = f"{log10:.0f}" if abs(log10) >= 10 else f"{log10:.1f}"
     text = "0" if float(text) == 0 else text
     return text.replace("-", "−")
-
-
-def _share(share: float) -> str:
-    return "0" if share == 0 else f"{100 * share:.2g}"
