@@ -151,4 +151,5 @@ def registry_publish(registry: Registry, path: Path, days: float, source: Path |
         )
     own = registry.fingerprint
     document = {"file": str(path), "people": people, "head": registry.head(), "expires": expires, "fingerprint": own}
-    return lambda: document, [f"{path}: {people} people, counts until {expires}, signed by {own}"]
+    held = "1 person" if people == 1 else f"{people} people"
+    return lambda: document, [f"{path}: {held}, counts until {expires}, signed by {own}"]
