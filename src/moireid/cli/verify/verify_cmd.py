@@ -198,6 +198,6 @@ def _check_published(wanted: Mapping[str, Any], *, signed: bool) -> None:
         raise SpecError("--sign is for verdicts of moireid's own pipeline; leave --pipeline published out")
     for name, asked in wanted.items():
         # Of a camera it takes the focal length.
-        if asked not in (None, False) and not (name == "camera" and not asked.calibrated):
+        if asked is not None and asked is not False and not (name == "camera" and not asked.calibrated):
             option = "--cover" if name == "cover_share" else f"--{name}"
             raise SpecError(f"--pipeline published cannot check {option}; leave one of them out")
