@@ -8,8 +8,10 @@ from typing import Any
 import pytest
 
 from moireid.api.asking import with_holder
+from moireid.api.places import url_of
 from moireid.asbuilt import AsBuilt
 from moireid.badge import Badge
+from moireid.errors import SpecError
 from moireid.registry import open_registry
 
 
@@ -33,3 +35,14 @@ def test_one_who_is_found_is_enrolled_and_counts(tmp_path: Path, ada: Badge, mon
         gone = with_holder(found, registry)
         assert (gone["finding"], gone["found_id"], gone["found_name"]) == ("nobody", None, None)
         assert [reason["level"] for reason in gone["reasons"]] == ["fail"]
+
+
+@pytest.mark.parametrize("name", ["ab:d.sqlite3", "x@y:z@w.db", "plain.db"])
+def test_a_path_is_no_url(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str):
+    """Catches: a file whose name looks like the address of a database; a path without a name."""
+    monkeypatch.chdir(tmp_path)
+    for place in (Path(name), name):
+        assert url_of(place) == str(tmp_path / name)
+    assert url_of("sqlite:///a.db") == "sqlite:///a.db"
+    with pytest.raises(SpecError, match="the path is empty"):
+        url_of("  ")

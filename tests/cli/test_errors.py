@@ -485,5 +485,6 @@ def test_a_camera_is_given_once_and_as_a_calibration(refused: Callable[..., str]
     film = ("verify", "film.mp4", "--badge", "ada.json", "--camera", "camera.json")
     assert "--camera holds the focal length" in refused(*film, "--focal-px", "900")
     assert "--focal-px" in refused(*film[:-2], "--focal-px", "-3")
-    assert "cannot check --cover" in refused(*film[:-2], "--cover", "0", "--pipeline", "published")
+    for option in ("--cover", "--track"):
+        assert f"cannot check {option}" in refused(*film[:-2], option, "0", "--pipeline", "published")
     assert "holds no calibration" in refused("identify", "film.mp4", "--registry", REGISTRY, "--camera", "camera.json")

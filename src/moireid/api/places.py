@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from moireid import registry as room
 from moireid.files import AnyPath, as_path
 from moireid.provenance import Standing
+from moireid.user_settings import expanded
 
 #: An open registry, the path of an SQLite file, or an SQLAlchemy URL; None for the one in the user's data folder.
 Place = room.Registry | AnyPath | None
@@ -41,8 +42,10 @@ class Registry(room.Registry):
 
 
 def url_of(place: AnyPath | None) -> str | None:
-    """A registry that is given as URL or path, as text; None for the default one."""
-    return place if place is None or isinstance(place, str) else str(as_path(place))
+    """A registry that is given as URL or path, as text in which a path is no URL; None for the default one."""
+    if place is None or (isinstance(place, str) and "://" in place):
+        return place
+    return str(expanded(str(as_path(place))).absolute())
 
 
 @contextmanager
