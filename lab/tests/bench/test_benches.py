@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import re
 from pathlib import Path
 
 import pytest
@@ -24,6 +25,16 @@ def test_every_bench_can_be_found(monkeypatch: pytest.MonkeyPatch) -> None:
         assert isinstance(bench_of(name), Bench), name
         assert (name in PARTS) == hasattr(importlib.import_module(module_of(name)), "PART"), name
     assert names_of("natural") == ["natural"] and names_of("films") == list(SUITES["films"])
+
+
+def test_help_names_every_bench_of_a_suite_of_several_and_no_other() -> None:
+    """Catches: a bench that is gone, or a new one, in the list that people choose from."""
+    said = CliRunner().invoke(moireid, ["lab", "bench", "--help"]).stdout.partition("SUITE may also")[0]
+    lines = re.findall(r"^  (\w+) {3,}(.*(?:\n {8,}.*)*)", said, re.MULTILINE)
+    assert [suite for suite, _ in lines] == list(SUITES)
+    for suite, text in lines:
+        named = " ".join(text.split()).rpartition(":")[2].split(", ")
+        assert [name.strip() for name in named] == list(SUITES[suite]) or len(SUITES[suite]) == 1
 
 
 def test_a_bench_prints_its_table_and_writes_its_rows(tmp_path: Path) -> None:

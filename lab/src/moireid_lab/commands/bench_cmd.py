@@ -68,8 +68,7 @@ def bench_command(
     attacks    forgers, replayed, morphed, turned, laid-over, live,
                live-enrolment
     identity   identities read, originals against copies, false matches
-    cost       processor time, memory and error: cost, verify, registry,
-               simulate
+    cost       processor time, memory and error: cost, registry, simulate
     pages      what is printed, read back: ink-growth, fabricate, mounts
     paper      the published paper's experiments (moireid lab paper)
 
