@@ -10,6 +10,7 @@ this version, says so, with its date.
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -103,22 +104,33 @@ def _cells(name: list[str], document: dict[str, Any]) -> Iterator[Sequence[str]]
         for entry in questions:
             if entry["part"] == name[1]:
                 older = f" (older, of {entry['date']})" if entry["older"] else ""
+                title = f"*{entry['text']}*{older}"
+                if entry["films"] == entry["right"] and all(
+                    shown.get(kind["kind"], {}) == kind["figures"] for kind in entry["kinds"]
+                ):
+                    yield title, *_counts(entry), "", ""
+                    continue
                 several = len(entry["kinds"]) > 1
                 if several:
-                    yield (f"*{entry['text']}*{older}", *[""] * 6)
-                single = [kind for kind in entry["kinds"] if kind["films"] == kind["right"] == 1]
-                if several and len(single) > 2:
-                    count = str(len(single))
-                    yield "kinds of one film each", count, count, "0", "0", "", ""
+                    yield (title, *[""] * 6)
+                together: list[Entry] = []
+                # Each that is wrong has a line of its own.
+                for outcome in OUTCOMES[:2]:
+                    single = [kind for kind in entry["kinds"] if kind["films"] == kind[outcome] == 1]
+                    if several and len(single) > 2:
+                        together += single
+                        codes = Counter(code for kind in single for code in kind["why"].split(", ") if code)
+                        decided = "" if outcome == "right" else ", ".join(code for code, _ in codes.most_common(3))
+                        counts = (str(len(single) * (one == outcome)) for one in OUTCOMES)
+                        yield "kinds of one film each", str(len(single)), *counts, decided, ""
                 for kind in entry["kinds"]:
-                    if several and len(single) > 2 and kind in single:
+                    if kind in together:
                         continue
                     own = kind["figures"]
                     new = {} if shown.get(kind["kind"]) == own else own
                     figures = (f"{key} {low:g}{f' to {high:g}' * (low < high)}" for key, (low, _, high) in new.items())
                     why = "" if kind["right"] == kind["films"] else kind["why"]
-                    title = kind["kind"] if several else f"*{entry['text']}*{older}"
-                    yield title, *_counts(kind), why, "; ".join(figures)
+                    yield kind["kind"] if several else title, *_counts(kind), why, "; ".join(figures)
                     shown[kind["kind"]] = own
 
 
