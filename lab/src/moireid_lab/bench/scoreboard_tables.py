@@ -100,38 +100,41 @@ def _cells(name: list[str], document: dict[str, Any]) -> Iterator[Sequence[str]]
         yield from TABLES[name[1]](_paper_rows(SCOREBOARD / ROWS))
     else:
         yield "kind", "films", *OUTCOMES, "what decided the others", "figures, once for the same films"
-        shown: dict[str, dict[str, Any]] = {}
-        for entry in questions:
-            if entry["part"] == name[1]:
-                older = f" (older, of {entry['date']})" if entry["older"] else ""
-                title = f"*{entry['text']}*{older}"
-                if entry["films"] == entry["right"] and all(
-                    shown.get(kind["kind"], {}) == kind["figures"] for kind in entry["kinds"]
-                ):
-                    yield title, *_counts(entry), "", ""
-                    continue
-                several = len(entry["kinds"]) > 1
-                if several:
-                    yield (title, *[""] * 6)
-                together: list[Entry] = []
-                # Each that is wrong has a line of its own.
-                for outcome in OUTCOMES[:2]:
-                    single = [kind for kind in entry["kinds"] if kind["films"] == kind[outcome] == 1]
-                    if several and len(single) > 2:
-                        together += single
-                        codes = Counter(code for kind in single for code in kind["why"].split(", ") if code)
-                        decided = "" if outcome == "right" else ", ".join(code for code, _ in codes.most_common(3))
-                        counts = (str(len(single) * (one == outcome)) for one in OUTCOMES)
-                        yield "kinds of one film each", str(len(single)), *counts, decided, ""
-                for kind in entry["kinds"]:
-                    if kind in together:
-                        continue
-                    own = kind["figures"]
-                    new = {} if shown.get(kind["kind"]) == own else own
-                    figures = (f"{key} {low:g}{f' to {high:g}' * (low < high)}" for key, (low, _, high) in new.items())
-                    why = "" if kind["right"] == kind["films"] else kind["why"]
-                    yield kind["kind"] if several else title, *_counts(kind), why, "; ".join(figures)
-                    shown[kind["kind"]] = own
+        yield from _kinds([entry for entry in questions if entry["part"] == name[1]])
+
+
+def _kinds(questions: Sequence[Entry]) -> Iterator[Sequence[str]]:
+    """The rows of a part's kinds of films, question by question; figures that were shown for a kind are not repeated.
+
+    Convention: a question of which all is right, with no new figures, is one row; so are kinds of one film each that
+        are all right, or all inconclusive.  Each kind that is wrong has a row of its own.
+    """
+    shown: dict[str, dict[str, Any]] = {}
+    for entry in questions:
+        kinds: list[Entry] = entry["kinds"]
+        title = f"*{entry['text']}*" + (f" (older, of {entry['date']})" if entry["older"] else "")
+        known = all(shown.get(kind["kind"], {}) == kind["figures"] for kind in kinds)
+        if known and entry["films"] == entry["right"]:
+            yield title, *_counts(entry), "", ""
+            continue
+        several = len(kinds) > 1
+        if several:
+            yield (title, *[""] * 6)
+        for outcome in OUTCOMES[:2]:
+            single = [kind for kind in kinds if kind["films"] == kind[outcome] == 1]
+            if several and len(single) > 2:
+                kinds = [kind for kind in kinds if kind not in single]
+                codes = Counter(code for kind in single for code in kind["why"].split(", ") if code)
+                decided = "" if outcome == "right" else ", ".join(code for code, _ in codes.most_common(3))
+                counts = (str(len(single) if one == outcome else 0) for one in OUTCOMES)
+                yield "kinds of one film each", str(len(single)), *counts, decided, ""
+        for kind in kinds:
+            own = kind["figures"]
+            new = {} if shown.get(kind["kind"]) == own else own
+            figures = (f"{key} {low:g}{f' to {high:g}' * (low < high)}" for key, (low, _, high) in new.items())
+            why = "" if kind["right"] == kind["films"] else kind["why"]
+            yield kind["kind"] if several else title, *_counts(kind), why, "; ".join(figures)
+            shown[kind["kind"]] = own
 
 
 def _counts(entry: Entry) -> list[str]:
