@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import resource
 import sys
@@ -20,6 +21,7 @@ import psutil
 from moireid.badge import load_badge
 from moireid.errors import MoireIdError
 from moireid.registry import open_registry
+from moireid.sandbox.process import ONE_THREAD
 from moireid_lab.bench.many_people import People
 from moireid_lab.bench.part import OWN, RIGHT, WRONG, Asked, Part, Row
 
@@ -45,6 +47,8 @@ with av.open(sys.argv[1] + ".again.mp4", "w") as made:
         made.mux(stream.encode())
 """
 FPS, SECONDS, MOST_MB, FEW, MANY = 60, 4, 250, 10, 100_000
+#: A user's programs use as many threads as they like, and Python keeps what it compiled.
+NOT_A_USER_S = {*ONE_THREAD, "PYTHONDONTWRITEBYTECODE"}
 #: Exit codes of a command that did its work: of a film it may have accepted, rejected or neither.
 ENDS = (0, 1, 3)
 #: The same badge, and the same films, at each run.
@@ -123,7 +127,10 @@ def _run(folder: Path, program: str, words: str) -> tuple[float, float]:
     arguments = [word.replace("Ada.", "Ada ") for word in words.split()]
     with tempfile.TemporaryFile() as said:
         before, peak = resource.getrusage(resource.RUSAGE_CHILDREN), 0
-        child = psutil.Popen([sys.executable, "-c", program, *arguments], cwd=folder, stdout=said, stderr=said)
+        kept = {name: value for name, value in os.environ.items() if name not in NOT_A_USER_S}
+        child = psutil.Popen(
+            [sys.executable, "-c", program, *arguments], cwd=folder, env=kept, stdout=said, stderr=said
+        )
         while child.poll() is None:
             # A process of it may end at any moment.
             with suppress(psutil.NoSuchProcess):
