@@ -14,11 +14,11 @@ seen.py         which authority and which head this user saw last
 rollback.py     a log compared with what was seen of it: rolled back, forked, or under another key
 ledger.py       transactions: those that read compare the head with what was seen; those that write, one after the
                 other, write table and log together, and remember the head
-claims.py       from a claim (a name or an id) to the one record that it means
 look_alikes.py  names that look alike
 claimed.py      the badge that a claim means; who holds a badge; whom identification may find
 store.py        the Registry: enroll, and calls to the other modules
-queries.py      the Registry's methods that only read: find, list, search, the log's entries
+queries.py      the Registry's methods that only read: from a claim (a name or an id) to the one record that it means;
+                list, search, the log's entries
 changes.py      the Registry's methods that change a badge after its issue, or erase a person
 public_view.py  the Registry's methods for outsiders: standing, checkpoints, bundles
 opening.py      makes the tables, and checks them

@@ -28,7 +28,6 @@ from sqlalchemy import delete
 
 from moireid.errors import RegistryError
 from moireid.registry.canonical import utc_now
-from moireid.registry.claims import as_id
 from moireid.registry.engine import clean
 from moireid.registry.ledger import Transaction
 from moireid.registry.log import ERASE, REFINED, REPLACED
@@ -162,7 +161,7 @@ class RegistryChanges(RegistryQueries):
         RegistryError
             If the claim means no one, or several people.
         """
-        subject = as_id(claim)
+        subject = claim.lower()
         if self.erased_at(claim) is None:
             found = self.find(claim)
             subject = found.id

@@ -10,14 +10,11 @@ from collections.abc import Callable
 
 from moireid.asbuilt import as_built_from_json, dated_figures
 from moireid.badge import Badge
-from moireid.errors import RegistryError
 from moireid.provenance import FROM_FILE, BadgeHolder, Provenance, Revocation
 from moireid.question import Question
 from moireid.registry.record import Record
 from moireid.registry.store import Registry
 
-#: At most this many people whose names look alike are named.
-MOST_ALIKE = 3
 #: The reason and the holder's name for an erased person's badge: no one may use it, and its holder is no longer known.
 ERASED, SOMEBODY = "its holder was erased from the registry on their wish", "somebody who was erased"
 
@@ -43,15 +40,9 @@ def claimed(registry: Registry, claim: str) -> Question:
         As `Registry.find`: the claim means no one, or several people.  The message names people whose names look like
         the claimed one.  Also if the log was changed since the record was entered, as `Registry.check_newest` finds.
     """
-    try:
-        record = registry.find(claim)
-    except RegistryError as error:
-        if error.details.get("ids") == [] and (alike := _alike(registry, claim)):
-            text = f"{error}; but it looks like {' and '.join(alike)}, whose name is written in other letters or case"
-            raise RegistryError(text, **error.details | {"alike": alike}) from error
-        raise
+    record = registry.find(claim)
     registry.check_newest(record)
-    return _of_record(record, Provenance("registry", alike=_alike(registry, record.name)))
+    return _of_record(record, Provenance("registry", alike=registry.alike(record.name)))
 
 
 def claimed_by_file(registry: Registry, badge: Badge) -> Question:
@@ -82,7 +73,7 @@ def claimed_by_file(registry: Registry, badge: Badge) -> Question:
     registry.check_newest(record)
     name = unicodedata.normalize("NFC", badge.name).strip()
     other = badge.name if name != record.name.strip() else None
-    return _of_record(record, Provenance("registry", other, _alike(registry, record.name)))
+    return _of_record(record, Provenance("registry", other, registry.alike(record.name)))
 
 
 def _of_record(record: Record, provenance: Provenance) -> Question:
@@ -130,12 +121,6 @@ def holder_of(registry: Registry, badge_id: object) -> BadgeHolder | None:
         return BadgeHolder(record.name, record.barred(), record.line)
     gone = registry.erased_at(badge_id)
     return None if gone is None else BadgeHolder(SOMEBODY, Revocation(gone, ERASED), erased=True)
-
-
-def _alike(registry: Registry, name: str) -> tuple[str, ...]:
-    """Enrolled people of other names that look like this one: name and id."""
-    found = [one for alike in registry.look_alikes([name]).values() for one in alike]
-    return tuple(f"{one.name} ({one.id})" for one in found[:MOST_ALIKE])
 
 
 def holds(holder: Callable[[str], BadgeHolder | None], badge_id: str) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import unicodedata
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any
@@ -11,16 +12,22 @@ from sqlalchemy import or_, select, tuple_
 from moireid.arguments import checked
 from moireid.badge import Badge
 from moireid.errors import RegistryError
-from moireid.registry.claims import as_id, find_record
+from moireid.names import NAME_LIMIT, id_with_line
 from moireid.registry.engine import chunks
 from moireid.registry.ledger import Ledger
 from moireid.registry.log import ERASE, check_signed
 from moireid.registry.look_alikes import folded_skeleton, skeleton
-from moireid.registry.record import Record, storable
+from moireid.registry.record import Fault, Record, record_of, storable, tampered
 from moireid.registry.schema import badges, log, select_layouts, select_records
 
 #: Records fetched at a time: few enough for the memory, and no lock is held while the caller looks at them.
 PAGE = 200
+#: More matches than this are counted, not listed, in a message.
+LISTED = 10
+#: So many near names are suggested, found among so many records.
+NEAR, MOST_COMPARED = 3, 2000
+#: At most this many people whose names look alike are named.
+MOST_ALIKE = 3
 
 
 class RegistryQueries:
@@ -52,21 +59,54 @@ class RegistryQueries:
         Raises
         ------
         RegistryError
-            If there is none, or more than one; `error.details["ids"]` lists those.
+            If there is none, or more than one; `error.details["ids"]` lists those.  The message names people whose
+            names are near, or look alike.
         SpecError
             If the claim is no text.
         """
-        try:
-            return find_record(claim, self._ledger)
-        except RegistryError as error:
-            if error.details.get("ids") != [] or (when := self.erased_at(claim)) is None:
-                raise
-            raise RegistryError(
-                f"the holder of badge {as_id(claim)} was erased from registry {self._ledger.shown} on {when[:10]}, so "
+        name, own = unicodedata.normalize("NFC", claim), claim.lower()
+        means = or_(badges.c.name_nfc == name, badges.c.id == own)
+        matches = self._ledger.records(select_records().where(means).order_by(badges.c.id)) if storable(name) else []
+        if len(matches) == 1:
+            return matches[0]
+        if not matches:
+            raise self._no_one(claim, name)
+        ids = [one.id for one in matches]
+        listed = ", ".join(id_with_line(one.id, one.line) for one in matches[:LISTED])
+        listed += f" and {len(ids) - LISTED} more" if len(ids) > LISTED else ""
+        text = f"{len(ids)} people are named {name[:80]!r}, with ids {listed}; claim one of these ids"
+        if (other := next((one for one in matches if one.name != name), None)) is not None:
+            text = f"{name[:80]!r} is the id of {other.name!r} and also a name: {listed}; claim the other id"
+        raise RegistryError(text, claim=claim, ids=ids)
+
+    def _no_one(self, claim: str, name: str) -> RegistryError:
+        """The error for a claim that means no one; name: the claim in NFC."""
+        shown = self._ledger.shown
+        if (when := self.erased_at(claim)) is not None:
+            return RegistryError(
+                f"the holder of badge {claim.lower()} was erased from registry {shown} on {when[:10]}, so "
                 "it belongs to no one and nothing can be checked against it; ask the person for a badge issued since",
                 code="erased",
                 erased_at=when,
-            ) from error
+            )
+        near, alike = "", ()
+        if storable(name):
+            near, alike = self._near(name) if len(name) <= NAME_LIMIT else "", self.alike(name)
+        text = (
+            f"no one named {name[:80]!r} and no such id is in registry {shown}{near}; `moireid registry list` shows "
+            "who is"
+        )
+        if alike:
+            text += f"; but it looks like {' and '.join(alike)}, whose name is written in other letters or case"
+        return RegistryError(text, claim=claim, ids=[], alike=alike)
+
+    def _near(self, name: str) -> str:
+        """Names like this one, or that hold it, for a person who mistyped; empty where there are none or too many."""
+        held = self._ledger.rows(select(badges.c.name_nfc).order_by(badges.c.id).limit(MOST_COMPARED))
+        by_fold, folded = {row.name_nfc.casefold(): row.name_nfc for row in held}, name.casefold()
+        near = difflib.get_close_matches(folded, by_fold, n=NEAR)
+        near = near or [one for one in by_fold if folded in one.split()][:NEAR]
+        return f" (did you mean {' or '.join(repr(by_fold[one][:40]) for one in near)}?)" if near else ""
 
     def named(self, name: str) -> list[Record]:
         """Find every record of exactly that name, revoked or not.
@@ -103,7 +143,7 @@ class RegistryQueries:
         Record or None
             None if the id is not issued.
         """
-        query = select_records().where(badges.c.id == as_id(badge_id))
+        query = select_records().where(badges.c.id == badge_id.lower())
         found = self._ledger.records(query) if storable(badge_id) else []
         return found[0] if found else None
 
@@ -131,6 +171,22 @@ class RegistryQueries:
                         found.setdefault(name, {})[record.id] = record
         return {name: [ids[one] for one in sorted(ids)] for name, ids in found.items()}
 
+    def alike(self, name: str) -> tuple[str, ...]:
+        """Find people whose names look like this one and are others, for messages.
+
+        Parameters
+        ----------
+        name : str
+            Of a claim or a record.
+
+        Returns
+        -------
+        tuple of str
+            Name and id of three at most.
+        """
+        found = [one for alike in self.look_alikes([name]).values() for one in alike]
+        return tuple(f"{one.name} ({one.id})" for one in found[:MOST_ALIKE])
+
     def erased_at(self, badge_id: str) -> str | None:
         """Find when the holder of a badge was erased.
 
@@ -151,7 +207,7 @@ class RegistryQueries:
         """
         if not storable(badge_id):
             return None
-        newest = select(log).where(log.c.subject == as_id(badge_id)).order_by(log.c.seq.desc()).limit(1)
+        newest = select(log).where(log.c.subject == badge_id.lower()).order_by(log.c.seq.desc()).limit(1)
         rows = self._ledger.rows(newest)
         if not rows or rows[0].action != ERASE:
             return None
@@ -181,7 +237,7 @@ class RegistryQueries:
         RegistryError
             If the claim means no one, or several people.
         """
-        subject = None if claim is None else as_id(claim)
+        subject = None if claim is None else claim.lower()
         if claim is not None and self.erased_at(claim) is None:
             subject = self.find(claim).id
         query = select(log.c.seq, log.c.time, log.c.action, log.c.subject, log.c.actor)
@@ -196,13 +252,24 @@ class RegistryQueries:
         ------
         Record
             What is enrolled meanwhile may or may not be among them.
+
+        Raises
+        ------
+        RegistryError
+            After all others, if a record is not as the authority signed it.
         """
         page = select_records().order_by(badges.c.name_nfc, badges.c.id).limit(PAGE)
-        found = self._ledger.records(page)
+        ledger, fault, found = self._ledger, None, self._ledger.rows(page)
         while found:
-            yield from found
-            after = tuple_(badges.c.name_nfc, badges.c.id) > (found[-1].name, found[-1].id)
-            found = self._ledger.records(page.where(after)) if len(found) == PAGE else []
+            for row in found:
+                try:
+                    yield record_of(row, ledger.authority)
+                except Fault as other:
+                    fault = fault or other
+            after = tuple_(badges.c.name_nfc, badges.c.id) > (found[-1].name_nfc, found[-1].id)
+            found = ledger.rows(page.where(after)) if len(found) == PAGE else []
+        if fault is not None:
+            raise tampered(ledger.shown, fault)
 
     def search(self, text: str, limit: int, *, ids: bool = True) -> list[Record]:
         """Find records by a part of the name, or by the beginning of the id.
@@ -227,7 +294,7 @@ class RegistryQueries:
         page = select_records().order_by(badges.c.name_nfc, badges.c.id).limit(limit)
         if name:
             named = badges.c.name_nfc.icontains(name, autoescape=True)
-            page = page.where(or_(named, badges.c.id.startswith(as_id(name), autoescape=True)) if ids else named)
+            page = page.where(or_(named, badges.c.id.startswith(name.lower(), autoescape=True)) if ids else named)
         return self._ledger.records(page)
 
     def layouts(self) -> list[Badge]:
