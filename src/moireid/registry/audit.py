@@ -21,7 +21,8 @@ What it cannot find by itself:
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 
 from sqlalchemy import Connection, exists, func, select
 
@@ -32,21 +33,11 @@ from moireid.registry.checkpoints.cosignature import signers
 from moireid.registry.checkpoints.note import VerifierKey
 from moireid.registry.engine import AnySelect
 from moireid.registry.ledger import Ledger
-from moireid.registry.log import (
-    ERASE,
-    REFINED,
-    REPLACED,
-    Head,
-    check_entry,
-    check_head,
-    leaf_of,
-)
+from moireid.registry.log import ERASE, REFINED, REPLACED, check_entry
 from moireid.registry.look_alikes import folded_skeleton, skeleton
-from moireid.registry.merkle import Tree
-from moireid.registry.opening import check_tables
 from moireid.registry.record import Fault, record_of
-from moireid.registry.rollback import CODES
-from moireid.registry.schema import authority, badges, log, pages, select_records
+from moireid.registry.rollback import CODES, Watch, check_begins
+from moireid.registry.schema import badges, log, pages, select_records
 
 #: Entries and records between two reports of progress.
 STEP = 500
@@ -59,26 +50,11 @@ def audit(
     witnesses: Sequence[VerifierKey] = (),
 ) -> Audit:
     """What `Registry.audit` does."""
-    with ledger.unchecked().snapshot() as connection:
-        check_tables(connection, ledger.shown)
-    refused, ledger = _refused(ledger), ledger.unchecked()
+    watch = Watch(ledger.called, ledger.place) if ledger.checked else None
     seen = Audit(ledger.authority.fingerprint)
-    kept = [one for one in since if one.fingerprint == seen.fingerprint]
-    for one in kept:
-        one.check(ledger.authority, f"of {one.date}")
-    if refused is not None:
-        seen.report(Fault(str(refused["code"]), str(refused["finding"])))
     if witnesses:
         _audit_witnesses(since, witnesses, seen)
-    for one in since:
-        if one not in kept:
-            text = (
-                f"the registry is signed by authority {seen.fingerprint}, and the checkpoint of {one.date} by "
-                f"{one.fingerprint}: its key was replaced"
-            )
-            seen.report(Fault("key_replaced", text))
-    roots = dict.fromkeys([one.head.seq for one in kept], "")
-    with ledger.snapshot() as connection:
+    with ledger.snapshot(checked=False) as connection:
         counts = (select(func.count()).select_from(table).scalar_subquery() for table in (badges, log))
         total = sum(connection.execute(select(*counts)).one())
 
@@ -86,24 +62,13 @@ def audit(
             if progress and (done % STEP == 0 or done == total):
                 progress(done, total)
 
-        newest = _audit_log(ledger, connection, roots, seen, step)
-        _audit_kept(kept, roots, seen)
+        end = _audit_end(ledger, connection, watch, since, seen)
+        newest = _audit_log(ledger, connection, seen, step)
+        # After a gap, which is reported, no root is that of the head.
+        if end is not None and (end.code != "head_hash" or all(one.code != "entry_missing" for one in seen.findings)):
+            seen.report(end)
         _audit_records(ledger, connection, newest, seen, step)
     return seen
-
-
-def _refused(ledger: Ledger) -> dict[str, object] | None:
-    """Why readers refuse the registry for what was seen of it before: code and finding; None if they do not."""
-    try:
-        if ledger.checked:
-            ledger.standing()
-    except RegistryError as error:
-        if error.details.get("code") in CODES:
-            return error.details
-        # Any other fault that has a code is found again on the way, and counted.
-        if "code" not in error.details:
-            raise
-    return None
 
 
 def _audit_witnesses(since: Sequence[Checkpoint], witnesses: Sequence[VerifierKey], seen: Audit) -> None:
@@ -121,42 +86,49 @@ def _audit_witnesses(since: Sequence[Checkpoint], witnesses: Sequence[VerifierKe
     seen.report(Fault("not_witnessed", refusal))
 
 
-def _audit_kept(kept: Sequence[Checkpoint], roots: Mapping[int, str], seen: Audit) -> None:
-    """Compare the log with the checkpoints that were kept of it elsewhere; roots: over so many entries."""
-    for one in kept:
-        size = one.head.seq
-        if size > seen.entries:
-            text = (
-                f"the log ends at entry {seen.entries}, and the checkpoint of {one.date} names {size} entries: the "
-                "registry was rolled back, an earlier state was put back"
-            )
-            seen.report(Fault("rolled_back", text, size))
-        elif roots[size] != one.head.hash:
-            text = (
-                f"the log's first {size} entries are not those of the checkpoint of {one.date}: it was forked, and "
-                "something was written in the place of what had been signed"
-            )
-            seen.report(Fault("forked", text, size))
+def _audit_end(
+    ledger: Ledger, connection: Connection, watch: Watch | None, since: Sequence[Checkpoint], seen: Audit
+) -> Fault | None:
+    """Check the signed head, and compare the log with earlier states; returns why it has no valid head, if so."""
+    try:
+        tree = ledger.tree_in(connection, anew=True)
+    except Fault as fault:
+        # Of other tables than moireid's, nothing can be said.
+        if fault.code == "tables":
+            raise
+        return fault
+    seen.head = str(tree.head)
+    if watch is not None:
+        with _noted(seen):
+            standing = watch.standing(seen.fingerprint, tree.leaves, tree.head, ledger.trust)
+            ledger.remembered = standing.remembered
+    for one in since:
+        with _noted(seen, one.head.seq):
+            one.check(ledger.authority, f"of {one.date}")
+            check_begins(ledger.called, tree.leaves, one.head, f"the checkpoint of {one.date}")
+    return None
 
 
-def _audit_log(
-    ledger: Ledger, connection: Connection, roots: dict[int, str], seen: Audit, step: Callable[[int], None]
-) -> dict[str, str]:
-    """Check the log from its first entry on.
+@contextmanager
+def _noted(seen: Audit, subject: object = None) -> Iterator[None]:
+    """Turn a refusal for an earlier state into a finding."""
+    try:
+        yield
+    except RegistryError as error:
+        if error.details.get("code") not in CODES:
+            raise
+        seen.report(Fault(str(error.details["code"]), str(error.details["finding"]), subject))
 
-    Parameters: roots: by the numbers of entries over which they are asked for; they are put in.
-    Returns: the hash of each record's newest version.
-    """
-    last, tree, later = 0, Tree(), log.alias("later")
+
+def _audit_log(ledger: Ledger, connection: Connection, seen: Audit, step: Callable[[int], None]) -> dict[str, str]:
+    """Check the log from its first entry on; returns the hash of each record's newest version."""
+    last, later = 0, log.alias("later")
     newest, ended = dict[str, str](), set[str]()
     gone = select(later.c.seq).where(later.c.subject == log.c.subject, later.c.action == ERASE, later.c.seq > log.c.seq)
     query = select(log, badges.c.id.label("holder"), exists(gone).label("erased"))
     query = query.outerjoin(badges, badges.c.id == log.c.subject)
     for row in pages(connection, query, log.c.seq):
         seen.entries += 1
-        tree.add(leaf_of(row.hash))
-        if tree.size in roots:
-            roots[tree.size] = tree.root().hex()
         try:
             check_entry(row, last, ledger.authority)
         except Fault as fault:
@@ -174,26 +146,7 @@ def _audit_log(
             text = f"log entry {row.seq} enters id {row.subject}, but it has no record"
             seen.report(Fault("record_missing", text, row.subject))
         step(seen.entries)
-    try:
-        seen.head = str(_check_end(ledger, connection, last, tree))
-    except Fault as fault:
-        seen.report(fault)
     return newest
-
-
-def _check_end(ledger: Ledger, connection: Connection, last: int, tree: Tree) -> Head:
-    """The signed head.  Raises: Fault if it is not valid, or not that of the entries that were looked at.
-
-    Parameters: last: the number of the last of these; tree: over them.
-    """
-    top = connection.execute(select(authority)).first()
-    if top is None or top.public_key != ledger.authority.public_hex:
-        raise Fault("public_key", "the registry has come under another authority since it was opened")
-    head = check_head(top, last or None, ledger.authority)
-    # After a gap, which is reported, no root is that of the head.
-    if last == tree.size and tree.root().hex() != head.hash:
-        raise Fault("head_hash", "the tree over the log's entries is not the one that the signed head names")
-    return head
 
 
 def _audit_records(

@@ -9,7 +9,6 @@ from __future__ import annotations
 import secrets
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from copy import copy
 from dataclasses import replace
 
 from sqlalchemy import Connection, Engine, func, insert, select, update
@@ -91,6 +90,7 @@ class Ledger:
         self.witnessed: Head | None = None
         #: The log as an earlier transaction read it.
         self._tree: LogTree | None = None
+        self._standing: Standing | None = None
         self._signer: Signer | None = None
         try:
             #: The authority whose signatures count.
@@ -117,23 +117,11 @@ class Ledger:
         except Fault as fault:
             raise tampered(self.shown, fault) from fault
 
-    def unchecked(self) -> Ledger:
-        """The same ledger, not compared with what was seen before: for those who report what is wrong with it."""
-        other = copy(self)
-        other.checked = False
-        return other
-
     def standing(self) -> Standing:
         """Compare it with what was seen of it before.  Raises: RegistryError as `Watch.compare`."""
-        watch = Watch(self.called, self.place)
-        with self.reported(), snapshot(self.engine) as connection:
-            return self._compared(connection, watch)
-
-    def _compared(self, connection: Connection, watch: Watch) -> Standing:
-        tree = self.tree_in(connection)
-        standing = watch.standing(self.authority.fingerprint, tree.head, tree.leads_from, self.trust)
-        self.remembered = standing.remembered
-        return standing
+        with self.snapshot():
+            assert self._standing is not None
+            return self._standing
 
     def _keep(self, head: Head) -> None:
         self.remembered = remember(self.place, self.authority.fingerprint, head)
@@ -152,37 +140,37 @@ class Ledger:
         """The number of records."""
         return int(self.rows(select(func.count()).select_from(schema.badges))[0][0])
 
-    def tree_in(self, connection: Connection, *, lock: bool = False) -> LogTree:
-        """The tree up to the log's head, within a transaction; with `lock`, other writers wait until it ends.
+    def tree_in(self, connection: Connection, *, lock: bool = False, anew: bool = False) -> LogTree:
+        """The tree up to the log's head, within a transaction.
 
-        Raises: RegistryError if it has come under another key; Fault if the head's signature is wrong, or it is not
-            the end of the log.
+        Parameters: lock: other writers wait until it ends; anew: read all entries, also those that were read before.
+        Raises: Fault if it has come under another key, the head's signature is wrong, or it is not the end of the log.
         """
         query = select(schema.authority)
         row = connection.execute(query.with_for_update() if lock else query).first()
         if row is None or row.public_key != self.authority.public_hex:
-            raise RegistryError(
-                f"registry {self.shown} has come under another authority since it was opened; open it again",
-                code="public_key",
-            )
+            raise Fault("public_key", "it has come under another authority since it was opened")
         last = connection.scalar(select(func.max(schema.log.c.seq)))
         if not isinstance(last, int | None):
             # The tables were exchanged since they were looked at; text is the last, so all others are numbers.
             raise Fault("tables", "the numbers of the log's entries are none")
         head = check_head(row, last, self.authority)
-        self._tree = tree = LogTree(connection, head, self._tree)
+        self._tree = tree = LogTree(connection, head, None if anew else self._tree)
         return tree
 
     @contextmanager
-    def snapshot(self) -> Iterator[Connection]:
+    def snapshot(self, *, checked: bool = True) -> Iterator[Connection]:
         """A connection that sees one state of the registry, whatever is written meanwhile.
 
+        Parameters: checked: whether it is compared with what was seen before; if not, the caller reports what is wrong.
         Raises: RegistryError as `Watch.compare`: whatever is shown, judged, exported or counted is read here.
         """
-        watch = Watch(self.called, self.place) if self.checked else None
+        watch = Watch(self.called, self.place) if self.checked and checked else None
         with self.reported(), snapshot(self.engine) as connection:
             if watch is not None:
-                self._compared(connection, watch)
+                tree = self.tree_in(connection)
+                self._standing = watch.standing(self.authority.fingerprint, tree.leaves, tree.head, self.trust)
+                self.remembered = self._standing.remembered
             yield connection
 
     @contextmanager
@@ -194,17 +182,17 @@ class Ledger:
             than was seen, which the transaction brings up to date.
         Raises: RegistryError as `Watch.compare`: who writes to an earlier state makes a fork.
         """
-        watch, after, own = Watch(self.called, self.place), copy(self), self.authority.fingerprint
+        watch, own = Watch(self.called, self.place), self.authority.fingerprint
         with self.reported(), writing(self.engine) as connection:
             tree = self.tree_in(connection, lock=True)
             if not older:
-                watch.compare(own, tree.head, tree.leads_from, self.trust)
+                watch.compare(own, tree.leaves, tree.head, self.trust)
             transaction = Transaction(self, connection, tree, actor)
             yield transaction
-            tree = after.tree_in(connection)
+            tree = self.tree_in(connection)
             if transaction.signed not in (None, tree.head):
                 raise Fault("head_hash", "the database did not keep the head that was signed")
-            watch.compare(own, tree.head, tree.leads_from, self.trust)
+            watch.compare(own, tree.leaves, tree.head, self.trust)
         self._keep(tree.head)
 
 

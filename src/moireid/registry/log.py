@@ -110,24 +110,18 @@ def key_digest(authority: Authority) -> str:
     return sha256_hex(bytes.fromhex(authority.public_hex))
 
 
-def check_entry(entry: AnyRow, before: int, authority: Authority) -> str:
-    """Check an entry that must follow entry number `before`, and its signature; returns its hash.
+def check_entry(entry: AnyRow, before: int, authority: Authority) -> None:
+    """Check an entry that must follow entry number `before`, and its signature.
 
     Raises: Fault if its number, hash or signature is wrong, or the first one does not name the key.
     """
     row: dict[str, Any] = dict(entry._mapping)
-    check_order(row, before)
-    right = check_signed(row, authority)
+    if row["seq"] != before + 1:
+        raise Fault("entry_missing", f"log entry {row['seq']} does not follow from entry {before}")
+    check_signed(row, authority)
     named = (row["action"], row["subject"], row["record_sha256"])
     if before == 0 and named != ("init", authority.fingerprint, key_digest(authority)):
         raise Fault("first_entry", "the log does not begin with this authority's key")
-    return right
-
-
-def check_order(row: Mapping[str, Any], before: int) -> None:
-    """Raise Fault unless an entry has the number after `before`."""
-    if row["seq"] != before + 1:
-        raise Fault("entry_missing", f"log entry {row['seq']} does not follow from entry {before}")
 
 
 def check_hash(row: Mapping[str, Any]) -> str:
@@ -141,12 +135,11 @@ def check_hash(row: Mapping[str, Any]) -> str:
     return right
 
 
-def check_signed(row: Mapping[str, Any], authority: Authority) -> str:
-    """Check an entry by itself; returns its hash.  Raises: Fault if its hash or signature is wrong."""
+def check_signed(row: Mapping[str, Any], authority: Authority) -> None:
+    """Check an entry by itself.  Raises: Fault if its hash or signature is wrong."""
     right = check_hash(row)
     if not authority.signed(ENTRY, right.encode(), row["signature"]):
         raise Fault("entry_signature", f"log entry {row['seq']} does not bear the authority's signature")
-    return right
 
 
 def check_head(row: AnyRow, last: int | None, authority: Authority) -> Head:

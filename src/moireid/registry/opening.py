@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 from sqlalchemy import Connection, Engine, insert, inspect, select
 from sqlalchemy.exc import IntegrityError, ProgrammingError
-from sqlalchemy.types import TypeEngine
 
 from moireid.errors import RegistryError
 from moireid.registry import schema
@@ -41,7 +39,12 @@ def prepare(engine: Engine, shown: str, make: Make | None) -> tuple[str | None, 
                 f"registry {shown} is a database, but not one of moireid's; give another URL, or an empty database"
             )
         _check_version(connection, shown)
-        check_tables(connection, shown)
+        if missing := TABLES - names:
+            raise RegistryError(
+                f"registry {shown} has tables that are not those that moireid made (there is no table "
+                f"{min(missing)}); restore it from a copy, or give another URL",
+                code="tables",
+            )
     return public_key, made
 
 
@@ -51,31 +54,6 @@ def look(connection: Connection) -> tuple[set[str], str | None]:
     if not names >= TABLES:
         return names, None
     return names, connection.scalar(select(schema.authority.c.public_key))
-
-
-def check_tables(connection: Connection, shown: str) -> None:
-    """Raise RegistryError unless each table is there, with each of its columns, of its type.
-
-    Only who writes to the database otherwise than by moireid makes it so.  It costs a millisecond, and lets all other
-    code rely on the types.  A table or a column more is the operator's own.
-    """
-    found = {name: columns for (_, name), columns in inspect(connection).get_multi_columns().items()}
-    for name in sorted(TABLES):
-        types = {column["name"]: _type(column["type"], connection) for column in found.get(name, ())}
-        for column in schema.metadata.tables[name].columns:
-            if (wanted := _type(column.type, connection)) != types.get(column.name):
-                is_now = f"is of type {types[column.name]}, not {wanted}" if column.name in types else "is missing"
-                what = f"column {name}.{column.name} {is_now}" if types else f"there is no table {name}"
-                raise RegistryError(
-                    f"registry {shown} has tables that are not those that moireid made ({what}); restore it from a "
-                    "copy, or give another URL",
-                    code="tables",
-                )
-
-
-def _type(kind: TypeEngine[Any], connection: Connection) -> str:
-    """A column's type as this database writes it, without its collation."""
-    return kind.compile(connection.dialect).split(" ")[0]
 
 
 def _check_version(connection: Connection, shown: str) -> None:

@@ -19,8 +19,13 @@ from moireid.registry.checkpoints.cosignature import signers
 from moireid.registry.checkpoints.note import VerifierKey, authority_key
 from moireid.registry.engine import sqlite_file
 from moireid.registry.keys import as_fingerprint
+from moireid.registry.merkle import consistency_proof
 from moireid.registry.queries import RegistryQueries
-from moireid.registry.record import Fault, Record
+from moireid.registry.record import Record
+from moireid.registry.rollback import check_begins
+
+#: Who knows an earlier state, in messages.
+WITNESSES = "what witnesses have seen"
 
 
 class PublicView(RegistryQueries):
@@ -88,8 +93,8 @@ class PublicView(RegistryQueries):
             tree = ledger.tree_in(connection)
             newest = tree.newest_entry(record.id, record.digest())
             seen = ledger.witnessed
-            if seen is not None and tree.consistency(seen) is None:
-                raise Fault("forked", f"the log's first {seen.seq} entries are not those that witnesses have seen")
+            if seen is not None:
+                check_begins(ledger.called, tree.leaves, seen, WITNESSES)
         if seen is not None and newest > seen.seq and record.barred() is None:
             raise RegistryError(
                 f"the record of badge {record.id} is of log entry {newest}, and witnesses have seen {seen.seq}; "
@@ -120,15 +125,11 @@ class PublicView(RegistryQueries):
         signer = ledger.signer()
         with ledger.snapshot() as connection:
             tree = ledger.tree_in(connection)
-            if earlier is not None:
-                earlier.check(ledger.authority, f"of {earlier.date}")
-            proof = [] if earlier is None else tree.consistency(earlier.head)
-            if earlier is not None and proof is None:
-                raise RegistryError(
-                    f"{ledger.called} does not begin as its checkpoint of {earlier.date} says, so nothing is signed; "
-                    "audit the registry since that checkpoint"
-                )
-            return sign_checkpoint(tree.head, signer), proof or []
+            if earlier is None:
+                return sign_checkpoint(tree.head, signer), []
+            earlier.check(ledger.authority, f"of {earlier.date}")
+            check_begins(ledger.called, tree.leaves, earlier.head, f"its checkpoint of {earlier.date}")
+            return sign_checkpoint(tree.head, signer), consistency_proof(tree.leaves, earlier.head.seq)
 
     def require_witnesses(self, witnesses: Sequence[VerifierKey], checkpoint: Checkpoint) -> None:
         """From now on rely only on badges that witnesses have seen, in this registry as it is open.
@@ -154,28 +155,9 @@ class PublicView(RegistryQueries):
         """
         ledger, source = self._ledger, f"of {checkpoint.date}"
         with ledger.snapshot() as connection:
-            if checkpoint.fingerprint != ledger.authority.fingerprint:
-                raise RegistryError(
-                    f"checkpoint {source} is of authority {checkpoint.fingerprint}, and {ledger.called} of "
-                    f"{ledger.authority.fingerprint}; get the registry's own one",
-                    code="key_replaced",
-                )
             checkpoint.check(ledger.authority, source)
             signers(witnesses, checkpoint.note, source)
-            tree, seen = ledger.tree_in(connection), checkpoint.head.seq
-            goes_on = tree.consistency(checkpoint.head) is not None
-        if tree.head.seq < seen:
-            raise RegistryError(
-                f"{ledger.called} has {tree.head.seq} log entries, and witnesses have seen {seen}: it was "
-                "rolled back to an earlier state; get its newest copy from those who run it",
-                code="rolled_back",
-            )
-        if not goes_on:
-            raise RegistryError(
-                f"{ledger.called} does not begin with the {seen} log entries that witnesses have seen: it "
-                "was forked; ask those who run it, and audit it since that checkpoint",
-                code="forked",
-            )
+            check_begins(ledger.called, ledger.tree_in(connection).leaves, checkpoint.head, WITNESSES)
         ledger.witnessed = checkpoint.head
 
     def publish(

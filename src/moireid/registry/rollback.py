@@ -1,4 +1,4 @@
-"""A registry, or a bundle of one, compared with what this user saw of it before.
+"""A registry, or a bundle of one, compared with an earlier state that someone knows: this user, or witnesses.
 
 It is refused if it was put back to an earlier state, if something else was written in the place of what had been
 signed, or if another key signs it than the trusted one, or than the one that was seen there first.
@@ -6,16 +6,43 @@ signed, or if another key signs it than the trusted one, or than the one that wa
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Sequence
 
 from moireid.errors import RegistryError
 from moireid.provenance import Standing
 from moireid.registry.keys import as_fingerprint
 from moireid.registry.log import Head
+from moireid.registry.merkle import Tree
 from moireid.registry.seen import recall, remember
 
 #: What a refusal's `details["code"]` may be.
 CODES = frozenset({"rolled_back", "forked", "key_replaced"})
+
+
+def refusal(code: str, called: str, what: str, remedy: str) -> RegistryError:
+    """The error for what is wrong with a log; its `details["finding"]` is the sentence without name and remedy."""
+    return RegistryError(f"{called} {what}; {remedy}", code=code, finding=f"the registry {what}")
+
+
+def check_begins(called: str, leaves: Sequence[bytes], known: Head, whose: str, more: str = "") -> None:
+    """Check that a log goes on from an earlier state that is known.
+
+    Parameters: called: names the log in messages; leaves: of its entries, compared with its signed head; known: that
+        state; whose: who knows it; more: a second remedy.
+    Raises: RegistryError if it does not, with code "rolled_back" or "forked".
+    """
+    if len(leaves) < known.seq:
+        what = (
+            f"ends at log entry {len(leaves)}, but entry {known.seq} is in {whose}: it was rolled back to an earlier "
+            f"state, and lacks {known.seq - len(leaves)} of {known.seq} entries"
+        )
+        raise refusal("rolled_back", called, what, f"get its newest copy from those who run it{more}")
+    if Head.over(Tree(leaves[: known.seq])) != known:
+        what = (
+            f"holds other log entries up to {known.seq} than {whose}: it was forked, and something was written in the "
+            "place of what had been signed"
+        )
+        raise refusal("forked", called, what, "ask those who run it, and look with `moireid registry audit`")
 
 
 class Watch:
@@ -31,18 +58,13 @@ class Watch:
         self._authority, self._heads = recall(place)
 
     def standing(
-        self,
-        fingerprint: str,
-        head: Head,
-        extends: Callable[[Head], bool],
-        trust: str | None = None,
-        expires: str | None = None,
+        self, fingerprint: str, leaves: Sequence[bytes], head: Head, trust: str | None, expires: str | None = None
     ) -> Standing:
         """Compare a log with what was seen of it before, and remember its present state.
 
         Parameters
         ----------
-        fingerprint, head, extends, trust
+        fingerprint, leaves, head, trust
             As `compare`.
         expires : str, optional
             Until when a bundle counts.
@@ -57,7 +79,7 @@ class Watch:
         RegistryError, SpecError
             As `compare`.
         """
-        self.compare(fingerprint, head, extends, trust)
+        self.compare(fingerprint, leaves, head, trust)
         known = self._authority == fingerprint and self._heads.get(fingerprint) == head
         return Standing(
             fingerprint,
@@ -67,17 +89,15 @@ class Watch:
             remembered=known or remember(self.place, fingerprint, head),
         )
 
-    def compare(self, fingerprint: str, head: Head, extends: Callable[[Head], bool], trust: str | None) -> None:
+    def compare(self, fingerprint: str, leaves: Sequence[bytes], head: Head, trust: str | None) -> None:
         """Compare a log with what was seen of it before.
 
         Parameters
         ----------
         fingerprint : str
             Of its authority.
-        head : Head
-            Its last entry.
-        extends : callable
-            Whether the log up to `head` goes on from an earlier head.
+        leaves, head : sequence of bytes, Head
+            Of all its entries, and the head over them.
         trust : str or None
             The fingerprint of the one authority that counts; None for the one that was seen at this place first.
 
@@ -91,46 +111,16 @@ class Watch:
         """
         wanted = self._authority if trust is None else as_fingerprint(trust)
         if wanted not in (None, fingerprint):
-            raise self._other_key(fingerprint, str(wanted), pinned=trust is not None)
+            whose, remedy = "the one to be trusted", "get it from those who run it, or ask them for their fingerprint"
+            if trust is None:
+                whose = "the one seen here before"
+                remedy = (
+                    f"if its makers confirm the new key, verify with trust={fingerprint}, or give `moireid registry "
+                    f"forget {wanted}`"
+                )
+            what = f"is signed by authority {fingerprint}, and {whose} is {wanted}: its key was replaced"
+            raise refusal("key_replaced", self.called, what, remedy)
         last = self._heads.get(fingerprint)
-        if last is not None and head.seq < last.seq:
-            raise self._refusal(
-                "rolled_back",
-                f"ends at log entry {head.seq}, but entry {last.seq} of it was seen before: it was rolled back to an "
-                f"earlier state, and lacks {last.seq - head.seq} of {last.seq} entries",
-                "get its newest copy from those who run it (if they restored it on purpose, `moireid registry forget "
-                f"{fingerprint}` accepts it)",
-                head=str(head),
-                seen=str(last),
-            )
-        if last is not None and not extends(last):
-            raise self._refusal(
-                "forked",
-                f"holds another log entry {last.seq} than was seen before: it was forked, and something was written in "
-                "the place of what had been signed",
-                "ask those who run it, and look with `moireid registry audit`",
-                head=str(head),
-                seen=str(last),
-            )
-
-    def _refusal(self, code: str, what: str, remedy: str, **details: object) -> RegistryError:
-        """The error for what is wrong with it; its `details["finding"]` is the sentence without name and remedy."""
-        return RegistryError(f"{self.called} {what}; {remedy}", code=code, finding=f"the registry {what}", **details)
-
-    def _other_key(self, fingerprint: str, wanted: str, *, pinned: bool) -> RegistryError:
-        """The error for a key that is not the wanted one, which the user names, or which was seen at this place."""
-        if pinned:
-            reason, remedy = "the one to be trusted", "get it from those who run it, or ask them for their fingerprint"
-        else:
-            reason = "the one seen here before"
-            remedy = (
-                f"if its makers confirm the new key, verify with trust={fingerprint}, or give `moireid registry "
-                f"forget {wanted}`"
-            )
-        return self._refusal(
-            "key_replaced",
-            f"is signed by authority {fingerprint}, and {reason} is {wanted}: its key was replaced",
-            remedy,
-            fingerprint=fingerprint,
-            trusted=wanted,
-        )
+        if last is not None and last != head:
+            more = f" (if they restored it on purpose, `moireid registry forget {fingerprint}` accepts it)"
+            check_begins(self.called, leaves, last, "what was seen of it before", more)

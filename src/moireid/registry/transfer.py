@@ -105,9 +105,9 @@ def merge(source: Ledger, target: Ledger, actor: str) -> None:
             )
         with target.writing(actor, older=True) as transaction:
             theirs, ours, here = source.tree_in(there), transaction.tree, transaction.connection
-            if ours.consistency(theirs.head) is not None:
+            if ours.extends(theirs.head):
                 return
-            if theirs.consistency(ours.head) is None:
+            if not theirs.extends(ours.head):
                 raise RegistryError(
                     f"registry {target.shown} holds log entries that this export lacks, and lacks others of it: one of "
                     "the two is a fork; import the export into an empty registry, and enroll and revoke there what is "

@@ -118,6 +118,7 @@ def registry_show(registry: Registry, claim: str) -> Answer:
     import json
 
     record, fingerprint = registry.find(claim), registry.fingerprint
+    registry.check_newest(record)
     measured = None if record.as_built is None else json.loads(record.as_built)
     document = record.summary() | {"fingerprint": fingerprint, "badge": json.loads(record.badge.to_json())}
     document |= {"as_built_at": record.as_built_at, "as_built_reason": record.as_built_reason, "as_built": measured}

@@ -75,11 +75,7 @@ class Bundle:
             )
         check_expiry(expires, self.path)
         self.standing = Watch(f"bundle {path}", f"bundle:{self.path.absolute()}").standing(
-            self.authority.fingerprint,
-            self._checkpoint.head,
-            lambda seen: Head.over(Tree(leaves[: seen.seq])) == seen,
-            trust,
-            expires,
+            self.authority.fingerprint, leaves, self._checkpoint.head, trust, expires
         )
 
     def __enter__(self) -> Bundle:

@@ -22,6 +22,7 @@ from moireid.registry.canonical import utc_now
 from moireid.registry.checkpoints.note import opened, parted, signed_note
 from moireid.registry.keys import FINGERPRINT_DIGITS, Authority, Signer
 from moireid.registry.log import Head
+from moireid.registry.rollback import refusal
 
 ORIGIN = "moireid/registry/"
 #: Longest file of a checkpoint, bytes: it has 250, more with the lines of witnesses.
@@ -55,15 +56,21 @@ class Checkpoint:
         Parameters
         ----------
         authority : Authority
-            Of this checkpoint's fingerprint.
+            Of the log.
         source : str
             Names the checkpoint in messages.
 
         Raises
         ------
         RegistryError
-            If it is not the authority's.
+            If it is not the authority's; with code "key_replaced" if it is another one's.
         """
+        if self.fingerprint != authority.fingerprint:
+            what = (
+                f"is signed by authority {authority.fingerprint}, and the checkpoint {source} by {self.fingerprint}: "
+                "its key was replaced"
+            )
+            raise refusal("key_replaced", "the registry", what, "get a checkpoint of its own")
         try:
             opened(self.note, ORIGIN + authority.fingerprint, authority)
         except ValueError as error:
