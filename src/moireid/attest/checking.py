@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
@@ -31,7 +31,6 @@ from moireid.attest.signing_keys import (
 from moireid.attest.statement import statement_fault, strict_object
 from moireid.errors import SpecError
 from moireid.files import open_regular
-from moireid.provenance import Revocation
 
 Expectation = Literal["key", "certificate", "registry"]
 #: Parts of a fault that mean that another one signed than was expected.
@@ -54,12 +53,10 @@ class CheckResult:
         The film's name where it was judged.
     expected : tuple of {"key", "certificate", "registry"}
         What the signer was compared with; empty where the key was only found in the envelope.
-    film_given : bool
-        Whether a film was compared.
-    asked : bool
-        Whether a registry was asked for the badge's present state.
-    barred : Revocation or None
-        Why the badge is no longer valid; None where it is valid, or no registry was asked.
+    film_same : bool or None
+        Whether the given film is the judged one; None where none was given.
+    badge_now : dict or None
+        Whether the badge counts at present, and since when it is revoked; None where no registry was asked.
     """
 
     faults: tuple[Broken, ...]
@@ -67,9 +64,8 @@ class CheckResult:
     report: dict[str, Any] | None = None
     film_name: str = ""
     expected: tuple[Expectation, ...] = ()
-    film_given: bool = False
-    asked: bool = False
-    barred: Revocation | None = None
+    film_same: bool | None = None
+    badge_now: dict[str, Any] | None = None
 
     @property
     def holds(self) -> bool:
@@ -92,17 +88,16 @@ class CheckResult:
         if self.report is None:
             return document
         report = self.report
-        wrong = {fault.part for fault in self.faults}
         return document | {
             "verdict": report["verdict"],
             "film": {
                 "name": self.film_name,
                 "sha256": report["input"]["sha256"],
-                "same": "film" not in wrong if self.film_given else None,
+                "same": self.film_same,
                 "tracks": report["input"].get("tracks", []),
             },
             "badge": report["badge"],
-            "badge_now": self._now(),
+            "badge_now": self.badge_now,
             "claim_source": report["claim_source"],
             "registry": report["registry"],
             "moireid": report["moireid"],
@@ -119,12 +114,6 @@ class CheckResult:
             "expected": all(fault.part not in SIGNER_PARTS for fault in self.faults) if self.expected else None,
             "expected_by": list(self.expected),
         }
-
-    def _now(self) -> dict[str, Any] | None:
-        if not self.asked:
-            return None
-        why = self.barred
-        return {"counts": why is None, "revoked_at": None if why is None else why.at}
 
 
 def check(
@@ -163,35 +152,33 @@ def check(
     """
     wanted: dict[Expectation, object] = {"key": key, "certificate": identity}
     expected = tuple(name for name, given in wanted.items() if given is not None)
-    empty = CheckResult((), expected=expected, film_given=film is not None)
     digest = _digest(film) if film is not None else None
+    faults: list[Broken] = []
+    found: EnvelopeParts | None = None
     try:
         found = opened(envelope)  # 1
-    except Broken as broken:
-        return replace(empty, faults=(broken,))
-    faults = []
-    if not found.signed_by(found.key):  # 2
-        words = "The signature does not fit: the report, or the signature or its key, was changed."
-        faults.append(Broken("signature", words))
-    if key is not None and fingerprint(key) != fingerprint(found.key):  # 3
-        words = f"It was signed by key {fingerprint(found.key)[:16]}…, and not by the given {fingerprint(key)[:16]}…."
-        faults.append(Broken("key", words))
-    if any(fault.part == "signature" for fault in faults):
-        return replace(empty, faults=tuple(faults), opened=found)
-    try:
+        if key is not None and fingerprint(key) != fingerprint(found.key):  # 3
+            own, other = fingerprint(found.key)[:16], fingerprint(key)[:16]
+            faults.append(Broken("key", f"It was signed by key {own}…, and not by the given {other}…."))
+        if not found.signed_by(found.key):  # 2
+            words = "The signature does not fit: the report, or the signature or its key, was changed."
+            raise Broken("signature", words)
         document = _statement(found)  # 4
     except Broken as broken:
-        return replace(empty, faults=(*faults, broken), opened=found)
+        return CheckResult((broken, *faults), found, expected=expected)
     report = document["predicate"]
     if identity is not None:  # 5
         fault = identity_fault(identity, authorities, found.certificates, found.key)
         faults += [Broken("identity", fault)] if fault else []
-    if digest is not None and digest != report["input"]["sha256"]:  # 6
-        judged = report["input"]["sha256"][:16]
-        words = f"The film is another one, or was changed: its SHA-256 begins {digest[:16]}, the judged one's {judged}."
+    judged = report["input"]["sha256"]
+    same = None if digest is None else digest == judged  # 6
+    if same is False:
+        words = (
+            f"The film is another one, or was changed: its SHA-256 begins {digest:.16}, the judged one's {judged:.16}."
+        )
         faults.append(Broken("film", words))
     name = document["subject"][0]["name"]
-    return replace(empty, faults=tuple(faults), opened=found, report=report, film_name=name)
+    return CheckResult(tuple(faults), found, report, name, expected, same)
 
 
 def _statement(found: EnvelopeParts) -> dict[str, Any]:

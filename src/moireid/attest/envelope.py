@@ -84,12 +84,7 @@ def signed_envelope(payload: bytes, key: SigningKey) -> str:
     Returns
     -------
     str
-        The envelope as JSON, opened again and found sound.
-
-    Raises
-    ------
-    SpecError
-        What was made cannot be opened again.
+        The envelope as JSON.  Who writes it checks it.
     """
     envelope = Envelope(payload, PAYLOAD_TYPE, {})
     signature = envelope.sign(CryptoSigner(key.private))
@@ -100,10 +95,7 @@ def signed_envelope(payload: bytes, key: SigningKey) -> str:
     }
     document = envelope.to_dict()
     document["signatures"][0] |= unsigned
-    text = json.dumps(document, indent=1) + "\n"
-    if not opened(text.encode()).signed_by(key.public):
-        raise SpecError("the envelope that was made does not hold; that is an error of moireid, please report it")
-    return text
+    return json.dumps(document, indent=1) + "\n"
 
 
 def read_envelope(path: Path) -> bytes:
@@ -127,7 +119,7 @@ def opened(content: bytes) -> EnvelopeParts:
         raise Broken("envelope", "The file is no signed verdict, or was cut or changed.") from error
     if kind != PAYLOAD_TYPE:
         raise Broken("envelope", f"The envelope's payload type is not {PAYLOAD_TYPE}, so it holds no signed verdict.")
-    if not isinstance(key, PublicKey) or not is_known(key):
+    if not is_known(key):
         raise Broken("signature", "The public key next to the signature is neither Ed25519 nor ECDSA on P-256.")
     if named != SSlibKey.from_crypto(key).keyid:
         raise Broken("signature", "The key's name next to the signature is not that of the key there.")

@@ -51,7 +51,7 @@ def held_against(found: CheckResult, holder: BadgeHolder, authority: str, public
     a revocation.
     """
     if found.report is None or found.opened is None:
-        return replace(found, asked=True)
+        return found
     faults = [*found.faults, *_record_faults(found.report, holder, authority)]
     expected = found.expected
     if not expected:
@@ -67,7 +67,8 @@ def held_against(found: CheckResult, holder: BadgeHolder, authority: str, public
     if barred is not None:
         text = f"The badge was revoked on {barred.at}, and the signer's own clock does not prove that this is older."
         faults.append(Broken("badge", text))
-    return replace(found, faults=tuple(faults), expected=expected, asked=True, barred=barred)
+    now = {"counts": barred is None, "revoked_at": None if barred is None else barred.at}
+    return replace(found, faults=tuple(faults), expected=expected, badge_now=now)
 
 
 def _record_faults(report: dict[str, Any], holder: BadgeHolder, authority: str) -> list[Broken]:

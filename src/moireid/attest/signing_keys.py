@@ -11,6 +11,7 @@ import hashlib
 import re
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TypeGuard
 
 from cryptography import x509
 from cryptography.exceptions import UnsupportedAlgorithm
@@ -112,7 +113,6 @@ def load_public_key(path: Path) -> PublicKey:
         The file cannot be read, or holds no such key.
     """
     content = _content(path)
-    key: object
     try:
         certificates = _certificates(content)
         key = certificates[0].public_key() if certificates else serialization.load_pem_public_key(content)
@@ -120,7 +120,7 @@ def load_public_key(path: Path) -> PublicKey:
         raise SpecError(
             f"{path} holds no public key as PEM; write it from the private one: openssl pkey -in key.pem -pubout"
         ) from error
-    if not isinstance(key, PublicKey) or not is_known(key):
+    if not is_known(key):
         raise SpecError(f"the public key in {path} is neither Ed25519 nor ECDSA on P-256; give the signer's own")
     return key
 
@@ -136,8 +136,8 @@ def load_certificates(path: Path) -> tuple[x509.Certificate, ...]:
     return found
 
 
-def is_known(key: object) -> bool:
-    """Whether a public key is of a kind that signs verdicts."""
+def is_known(key: object) -> TypeGuard[PublicKey]:
+    """Whether something is a public key of a kind that signs verdicts."""
     if isinstance(key, EllipticCurvePublicKey):
         return isinstance(key.curve, SECP256R1)
     return isinstance(key, Ed25519PublicKey)
@@ -182,7 +182,7 @@ def fingerprint_of(certificate: x509.Certificate) -> str | None:
         key = certificate.public_key()
     except (ValueError, UnsupportedAlgorithm):
         return None
-    return fingerprint(key) if isinstance(key, PublicKey) and is_known(key) else None
+    return fingerprint(key) if is_known(key) else None
 
 
 def _own_chain(path: Path, content: bytes, key: PublicKey) -> tuple[x509.Certificate, ...]:
