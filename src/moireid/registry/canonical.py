@@ -11,27 +11,16 @@ import json
 import zlib
 from datetime import UTC, datetime
 
-from moireid.errors import RegistryError
-
 #: Largest unpacked document, bytes; a larger one cannot be a badge, and may be meant to fill the memory.
 UNPACKED_LIMIT = 64 * 2**20
 
 
-def _refuse(value: object) -> object:
-    """SQLite stores a value of any kind in a column of text; bytes there are no one's who uses moireid."""
-    raise RegistryError(
-        f"the registry holds a value of kind {type(value).__name__} where a text must be: it was tampered with or is "
-        "damaged; restore it from a copy",
-        code="tables",
-    )
-
-
 # Made once: `json.dumps` would make one for each of a log's entries.
-_ENCODER = json.JSONEncoder(sort_keys=True, separators=(",", ":"), ensure_ascii=False, allow_nan=False, default=_refuse)
+_ENCODER = json.JSONEncoder(sort_keys=True, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
 
 
 def canonical_json(document: object) -> str:
-    """The canonical text of a JSON document.  Raises: ValueError for NaN and infinity, RegistryError for bytes."""
+    """The canonical text of a JSON document.  Raises: ValueError for NaN and infinity, TypeError for bytes."""
     return _ENCODER.encode(document)
 
 

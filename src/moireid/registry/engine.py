@@ -12,7 +12,7 @@ import re
 import sqlite3
 import warnings
 from collections.abc import Iterable, Iterator
-from contextlib import closing, contextmanager
+from contextlib import closing, contextmanager, suppress
 from itertools import islice
 from pathlib import Path
 from typing import Any, TypeVar
@@ -65,7 +65,8 @@ def read_url(text: str) -> URL:
         )
     try:
         text.encode()
-        url = make_url(re.sub(r"^postgres(?=[:+])", "postgresql", text)) if is_url else _of_path(text)
+        text = re.sub(r"^postgres(?=[:+])", "postgresql", text)
+        url = make_url(text) if is_url else URL.create("sqlite", database=str(expanded(text)))
     except (ArgumentError, ValueError):
         # The text may contain a password, as may the error's: neither must reach a log through a message.
         raise RegistryError(
@@ -80,12 +81,7 @@ def read_url(text: str) -> URL:
             f"registry {show_url(url)!r} names no file of its own; give one such as sqlite:///people.sqlite3, "
             "with three slashes before the path"
         )
-    path = str(Path(database).absolute())
-    try:
-        path.encode()
-    except UnicodeEncodeError as error:
-        raise RegistryError(f"registry path {path!r} is not Unicode text; give a path that is") from error
-    return url.set(database=path)
+    return url.set(database=str(Path(database).absolute()))
 
 
 def _is_ambiguous(address: str) -> bool:
@@ -96,11 +92,6 @@ def _is_ambiguous(address: str) -> bool:
     authority = re.split("[/?#]", address, maxsplit=1)[0]
     user, at, _ = authority.partition("@")
     return address.count("@") > len(at) or bool(at and re.search("%(?![0-9A-Fa-f]{2})", user))
-
-
-def _of_path(path: str) -> URL:
-    """The URL of an SQLite file."""
-    return URL.create("sqlite", database=str(expanded(path)))
 
 
 def sqlite_file(url: URL) -> Path | None:
@@ -175,8 +166,8 @@ def connect(url: URL, *, create: bool = False) -> Engine:
     if url.get_backend_name() == "sqlite":
         event.listen(engine, "begin", _begin_in_sqlite)
         event.listen(engine, "connect", _set_up_sqlite)
-    made = _private_file(url) if create else None
-    reached = False
+    path, reached = sqlite_file(url), False
+    made = path is not None and _reach_file(path, shown, create=create)
     try:
         with translated(url), engine.connect():
             reached = True
@@ -184,8 +175,8 @@ def connect(url: URL, *, create: bool = False) -> Engine:
         # Errors that a driver does not wrap: a malformed address, or an option of the wrong type.
         raise RegistryError(f"registry {shown} cannot be opened ({_first_line(error)}); check the URL") from error
     finally:
-        if made is not None and not reached:
-            made.unlink(missing_ok=True)
+        if made and path is not None and not reached:
+            path.unlink(missing_ok=True)
     return engine
 
 
@@ -240,30 +231,38 @@ def clean(engine: Engine) -> bool:
             with closing(engine.raw_connection()) as raw:
                 assert raw.driver_connection is not None
                 raw.driver_connection.execute("VACUUM")
-            return True
-        if engine.dialect.name == "postgresql":
+        else:
             with engine.connect().execution_options(isolation_level="AUTOCOMMIT") as connection:
                 connection.exec_driver_sql("VACUUM (FULL, ANALYZE) badges")
-            return True
     except (sqlite3.Error, SQLAlchemyError):
         return False
-    return False
+    return True
 
 
-def _private_file(url: URL) -> Path | None:
-    """Make an SQLite file that is absent; badges can be printed from it.  SQLite gives its journal the same rights.
+def _reach_file(path: Path, shown: str, *, create: bool) -> bool:
+    """Check that an SQLite file exists, because SQLite would create a missing one; or make it with its folder.
 
-    Returns: the path if it was made.
+    Badges can be printed from it, so it is its owner's alone; SQLite gives its journal the same rights.
+    Returns: whether it was made.
     """
-    path = sqlite_file(url)
-    if path is None:
-        return None
     try:
+        if not create:
+            path.stat()
+            return False
+        path.parent.mkdir(parents=True, exist_ok=True)
+    except (OSError, ValueError) as error:
+        if not create and isinstance(error, (FileNotFoundError, NotADirectoryError)):
+            raise RegistryError(
+                f"there is no registry at {shown}; enroll someone first, or run `moireid registry init`"
+            ) from error
+        reason = error.strerror if isinstance(error, OSError) else error
+        what = f"folder {path.parent} cannot be made" if create else f"registry {shown} cannot be reached"
+        raise RegistryError(f"{what} ({reason}); give another URL") from error
+    # Where it is there already, or cannot be made, SQLite says so.
+    with suppress(OSError, ValueError):
         os.close(os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o600))
-    except (OSError, ValueError):
-        # It is there, or SQLite says why it cannot be made.
-        return None
-    return path
+        return True
+    return False
 
 
 def _set_up_sqlite(raw: sqlite3.Connection, record: object) -> None:

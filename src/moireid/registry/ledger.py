@@ -23,7 +23,6 @@ from moireid.registry.engine import (
     connect,
     show_url,
     snapshot,
-    sqlite_file,
     translated,
     writing,
 )
@@ -50,7 +49,6 @@ def open_ledger(url: URL, make: Make | None, *, checked: bool = True) -> Ledger:
     Parameters: make: fills an empty database, None if it must be filled; checked: whether it is compared with what was
         seen before, and its state remembered.
     """
-    _look_for_file(url, create=make is not None)
     engine = connect(url, create=make is not None)
     try:
         with translated(url):
@@ -259,23 +257,3 @@ class Transaction:
             self.growing.add(leaf_of(row["hash"]))
         self.signed = head = Head.over(self.growing)
         self.connection.execute(update(schema.authority).values(head_row(signer, head)))
-
-
-def _look_for_file(url: URL, *, create: bool) -> None:
-    """For an SQLite file: make its folder, or check that the file exists, because SQLite would create a missing one."""
-    path = sqlite_file(url)
-    if path is None:
-        return
-    try:
-        if create:
-            path.parent.mkdir(parents=True, exist_ok=True)
-        else:
-            path.stat()
-    except (OSError, ValueError) as error:
-        if not create and isinstance(error, (FileNotFoundError, NotADirectoryError)):
-            raise RegistryError(
-                f"there is no registry at {show_url(url)}; enroll someone first, or run `moireid registry init`"
-            ) from error
-        reason = error.strerror if isinstance(error, OSError) else error
-        what = f"folder {path.parent} cannot be made" if create else f"registry {show_url(url)} cannot be reached"
-        raise RegistryError(f"{what} ({reason}); give another URL") from error

@@ -25,13 +25,9 @@ def prepare(engine: Engine, shown: str, make: Make | None) -> tuple[str | None, 
     Raises: RegistryError if the database holds nothing, another program's tables, others than moireid made, or another
         version of ours.
     """
-    made = False
-    if make is not None:
-        with engine.connect() as connection:
-            names, _ = look(connection)
-        made = not names and make(engine)
+    made = make is not None and not _tables(engine) and make(engine)
     with engine.connect() as connection:
-        names, public_key = look(connection)
+        names = _tables(connection)
         if not names:
             raise RegistryError(f"registry {shown} is empty; enroll someone first, or run `moireid registry init`")
         if not {schema.schema_version.name, schema.badges.name} <= names:
@@ -45,15 +41,11 @@ def prepare(engine: Engine, shown: str, make: Make | None) -> tuple[str | None, 
                 f"{min(missing)}); restore it from a copy, or give another URL",
                 code="tables",
             )
-    return public_key, made
+        return connection.scalar(select(schema.authority.c.public_key)), made
 
 
-def look(connection: Connection) -> tuple[set[str], str | None]:
-    """The names of all tables, and the authority's public key if there is one."""
-    names = set(inspect(connection).get_table_names())
-    if not names >= TABLES:
-        return names, None
-    return names, connection.scalar(select(schema.authority.c.public_key))
+def _tables(database: Engine | Connection) -> set[str]:
+    return set(inspect(database).get_table_names())
 
 
 def _check_version(connection: Connection, shown: str) -> None:
@@ -93,7 +85,7 @@ def make_tables(engine: Engine, fill: Callable[[Connection], object]) -> bool:
     try:
         with writing(engine) as connection:
             # Another process may have made them while this one waited for the write lock.
-            if look(connection)[0]:
+            if _tables(connection):
                 return False
             schema.metadata.create_all(connection)
             connection.execute(insert(schema.schema_version).values(version=schema.SCHEMA_VERSION))
@@ -102,7 +94,6 @@ def make_tables(engine: Engine, fill: Callable[[Connection], object]) -> bool:
     except (IntegrityError, ProgrammingError):
         # Databases without a single write lock, such as PostgreSQL, refuse the second of two makers here.  If the
         # other one has succeeded, nothing is left to do; otherwise this error is reported.
-        with engine.connect() as connection:
-            if not look(connection)[0] >= TABLES:
-                raise
+        if not _tables(engine) >= TABLES:
+            raise
         return False

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import unicodedata
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -71,27 +71,20 @@ class Record:
 
     id: str
     name: str
-    badge_json: str
+    badge_json: str = field(repr=False)
     issued_at: str
     layout_key: str
-    as_built: str | None = None
+    as_built: str | None = field(default=None, repr=False)
     as_built_at: str | None = None
     as_built_reason: str | None = None
-    as_built_earlier: str | None = None
-    salt: str | None = None
+    as_built_earlier: str | None = field(default=None, repr=False)
+    salt: str | None = field(default=None, repr=False)
     revoked_at: str | None = None
     revoked_reason: str | None = None
 
     def barred(self) -> Revocation | None:
         """Why the badge does not count; None if it does."""
         return None if self.revoked_at is None else Revocation(self.revoked_at, self.revoked_reason or "")
-
-    def __repr__(self) -> str:
-        """Short, without the badge's JSON, and without the salt, which is not for a log."""
-        state = ["revoked"] if self.revoked_at is not None else []
-        measured = [f"measured {self.as_built_at[:10]}"] if self.as_built_at else []
-        words = ", ".join([f"issued {self.issued_at[:10]}", *measured, *state])
-        return f"Record({self.name!r}, id={self.id!r}, {words})"
 
     @cached_property
     def badge(self) -> Badge:
@@ -251,10 +244,8 @@ def storable_json(document: object, what: str, remedy: str) -> str:
     try:
         text = canonical_json(document)
         text.encode()
-    except UnicodeEncodeError as error:
-        raise RegistryError(f"{what} holds text that is not Unicode ({error.reason}); {remedy}") from error
     except ValueError as error:
-        raise RegistryError(f"{what} holds a number that is not finite; {remedy}") from error
+        raise RegistryError(f"{what} holds a number that is not finite, or no Unicode; {remedy}") from error
     return text
 
 
