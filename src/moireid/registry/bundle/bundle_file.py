@@ -84,7 +84,7 @@ def sealed_file(signer: Signer, expires: str, content: bytes) -> bytes:
 def read_bundle_file(path: Path) -> tuple[str, Authority, BundleContent]:
     """Until when a bundle counts, its authority, and its content, every byte checked against the signature.
 
-    Raises: RegistryError if the file cannot be read, is none, or was changed.
+    Raises: RegistryError if the file cannot be read, is none, was changed, or has expired.
     """
     try:
         whole = read_regular(path, MOST_BYTES)
@@ -103,27 +103,25 @@ def read_bundle_file(path: Path) -> tuple[str, Authority, BundleContent]:
         content = memoryview(whole)[begin:]
         if sha256_hex(content) != header["sha256"]:
             raise ValueError("its content is another than was signed")
-        return header["expires"], authority, msgspec.json.decode(content, type=BundleContent)
+        expires, people = header["expires"], msgspec.json.decode(content, type=BundleContent)
+        expired = now() >= datetime.strptime(expires, TIME).replace(tzinfo=UTC)
     except (ValueError, RecursionError) as error:
         raise RegistryError(
             f"bundle {path} is cut, changed or damaged ({error}); fetch it again, and ask its publisher if that fails"
         ) from error
-
-
-def now() -> datetime:
-    """This moment, UTC."""
-    return datetime.now(UTC)
-
-
-def check_expiry(expires: str, path: Path) -> None:
-    """Raise RegistryError unless the bundle still counts."""
-    if now() >= datetime.strptime(expires, TIME).replace(tzinfo=UTC):
+    if expired:
         raise RegistryError(
             f"bundle {path} expired on {expires}, so it may lack revocations; fetch a newer one from where it "
             "is published",
             code="expired",
             expires=expires,
         )
+    return expires, authority, people
+
+
+def now() -> datetime:
+    """This moment, UTC."""
+    return datetime.now(UTC)
 
 
 def _header(note: str) -> tuple[dict[str, str], Authority]:
@@ -136,5 +134,4 @@ def _header(note: str) -> tuple[dict[str, str], Authority]:
     if origin != ORIGIN + authority.fingerprint:
         raise ValueError("its key is not that of its origin")
     opened(note, origin, authority)
-    datetime.strptime(header["expires"], TIME)
     return header, authority

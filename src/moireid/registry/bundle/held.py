@@ -20,10 +20,11 @@ from moireid.badge import Badge, badge_from_json
 from moireid.errors import RegistryError
 from moireid.provenance import BadgeHolder, Provenance
 from moireid.question import Question
-from moireid.registry.bundle.bundle_file import BundlePerson, check_expiry, read_bundle_file
+from moireid.registry.bundle.bundle_file import BundlePerson, read_bundle_file
 from moireid.registry.checkpoints.checkpoint import checkpoint_from
 from moireid.registry.checkpoints.cosignature import signers
 from moireid.registry.checkpoints.note import VerifierKey
+from moireid.registry.claimed import with_figures
 from moireid.registry.log import Head
 from moireid.registry.look_alikes import folded_skeleton, skeleton
 from moireid.registry.merkle import Tree
@@ -73,7 +74,6 @@ class Bundle:
                 "fetch a newer one",
                 code="forked",
             )
-        check_expiry(expires, self.path)
         self.standing = Watch(f"bundle {path}", f"bundle:{self.path.absolute()}").standing(
             self.authority.fingerprint, leaves, self._checkpoint.head, trust, expires
         )
@@ -178,16 +178,11 @@ class Bundle:
     def _of(self, person: BundlePerson) -> Question:
         badge = badge_from_json(self._content.layouts[person.layout], source=f"a layout of bundle {self.path}")
         sets = [DatedFigures(as_built_from_json(figures), at) for figures, at in person.figures]
-        own = sets.pop() if sets else None
-        return Question(
-            replace(badge, name=person.name),
-            seal=person.seal,
-            as_built=None if own is None else own.as_built,
-            as_built_at=None if own is None else own.at,
-            earlier=tuple(sets),
-            barred=person.revoked,
-            provenance=Provenance("bundle", alike=self._alike(person.name), standing=self.standing),
+        provenance = Provenance("bundle", alike=self._alike(person.name), standing=self.standing)
+        known = Question(
+            replace(badge, name=person.name), seal=person.seal, barred=person.revoked, provenance=provenance
         )
+        return with_figures(known, sets)
 
     def _of_id(self, badge_id: str) -> list[BundlePerson]:
         if not _ID.fullmatch(badge_id):
