@@ -109,7 +109,7 @@ def enroll_command(
     if captures:
         as_built = _measured(badge, captures, unsealed=unsealed, measured_scale=measured_scale, **film)
     with open_registry(registry_url, create=True, actor=actor) as registry:
-        registry.check_head()
+        registry.standing()
         compared = None if as_built is None else _show_compared(registry, badge, as_built, reason)
         notes = look_alike_notes([badge], registry)
         record = registry.enroll(badge)

@@ -76,13 +76,10 @@ def _audit_witnesses(since: Sequence[Checkpoint], witnesses: Sequence[VerifierKe
     refusal = "witnesses must have signed a checkpoint, and none is given"
     for one in sorted(since, key=lambda one: -one.head.seq):
         try:
-            times = signers(witnesses, one.note, f"of {one.date}")
+            seen.witnessed = {"size": one.head.seq, "signers": signers(witnesses, one.note, f"of {one.date}")}
+            return
         except RegistryError as error:
             refusal = str(error).partition(";")[0]
-        else:
-            shown = {name: f"{at:%Y-%m-%dT%H:%M:%SZ}" for name, at in times.items()}
-            seen.witnessed = {"size": one.head.seq, "signers": shown}
-            return
     seen.report(Fault("not_witnessed", refusal))
 
 

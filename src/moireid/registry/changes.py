@@ -52,9 +52,6 @@ class RegistryChanges(RegistryQueries):
         The registry's URL, for messages.
     """
 
-    actor: str
-    shown_url: str
-
     def revoke(self, claim: str, reason: str) -> Record:
         """Revoke a badge, for good.
 

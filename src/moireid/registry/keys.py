@@ -52,7 +52,8 @@ class Authority:
             raise ValueError("the key is not in lower-case hex digits")
         self._key = Ed25519PublicKey.from_public_bytes(content)
         self.public_hex = public_hex
-        self.fingerprint = sha256_hex(content)[:FINGERPRINT_DIGITS]
+        self.digest = sha256_hex(content)
+        self.fingerprint = self.digest[:FINGERPRINT_DIGITS]
 
     def signed(self, domain: bytes, content: bytes, signature_hex: object) -> bool:
         """Whether `signature_hex`, 128 lower-case hex digits, is the authority's over `content` in `domain`."""

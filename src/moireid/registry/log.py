@@ -13,7 +13,6 @@ If a whole registry is put back to an earlier state, only a head that was noted 
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -49,14 +48,6 @@ class Head:
     def over(cls, leaves: Tree) -> Head:
         """The head of the entries whose leaves a tree has."""
         return cls(leaves.size, leaves.root().hex())
-
-    @classmethod
-    def parse(cls, text: str) -> Head:
-        """The head that `text` writes as SEQUENCE:HASH.  Raises: ValueError if it is none."""
-        match = re.fullmatch(r"([1-9]\d{0,17}):([0-9a-f]{64})", text, re.ASCII)
-        if match is None:
-            raise ValueError(f"{text[:80]!r} is no head of a log")
-        return cls(int(match[1]), match[2])
 
 
 def entry_hash(entry: Mapping[str, Any]) -> str:
@@ -100,14 +91,9 @@ def next_rows(signer: Signer, size: int, done: Iterable[tuple[str, str, str]], a
 def first_rows(signer: Signer, actor: str) -> tuple[dict[str, Any], dict[str, Any]]:
     """The row of `authority` and the first row of `log`; that row names the key, so a head confirms the key as well."""
     authority = signer.authority
-    (row,) = next_rows(signer, 0, [("init", authority.fingerprint, key_digest(authority))], actor)
+    (row,) = next_rows(signer, 0, [("init", authority.fingerprint, authority.digest)], actor)
     head = head_row(signer, Head.over(Tree([leaf_of(row["hash"])])))
     return {"one": 1, "public_key": authority.public_hex} | head, row
-
-
-def key_digest(authority: Authority) -> str:
-    """SHA-256 of the public key's bytes; the first entry has it where other entries have a record's digest."""
-    return sha256_hex(bytes.fromhex(authority.public_hex))
 
 
 def check_entry(entry: AnyRow, before: int, authority: Authority) -> None:
@@ -120,7 +106,7 @@ def check_entry(entry: AnyRow, before: int, authority: Authority) -> None:
         raise Fault("entry_missing", f"log entry {row['seq']} does not follow from entry {before}")
     check_signed(row, authority)
     named = (row["action"], row["subject"], row["record_sha256"])
-    if before == 0 and named != ("init", authority.fingerprint, key_digest(authority)):
+    if before == 0 and named != ("init", authority.fingerprint, authority.digest):
         raise Fault("first_entry", "the log does not begin with this authority's key")
 
 

@@ -38,7 +38,7 @@ class PublicView(RegistryQueries):
         ----------
         trust : str, optional
             The fingerprint of the one authority that counts from now on, as long as the registry is open; None for the
-            one that was seen here first.
+            one that was named before, else the one that was seen here first.
 
         Returns
         -------
@@ -52,7 +52,8 @@ class PublicView(RegistryQueries):
         SpecError
             If `trust` is no fingerprint.
         """
-        self._ledger.trust = None if trust is None else as_fingerprint(trust)
+        if trust is not None:
+            self._ledger.trust = as_fingerprint(trust)
         return self._ledger.standing()
 
     @property
@@ -60,10 +61,6 @@ class PublicView(RegistryQueries):
         """The public key of its log, as witnesses are given it (C2SP signed-note)."""
         authority = self._ledger.authority
         return str(authority_key(ORIGIN + authority.fingerprint, authority))
-
-    def check_head(self) -> None:
-        """Raise RegistryError as `standing`: for those who are about to do long work before they read or write."""
-        self._ledger.standing()
 
     def check_newest(self, record: Record) -> None:
         """Check a record that the user relies on against the log, entry by entry, up to the signed head.

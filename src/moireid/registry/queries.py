@@ -37,10 +37,12 @@ class RegistryQueries:
     ----------
     ledger : Ledger
         Tables and log.
+    actor : str
+        The person or account that uses it, as the log names them.
     """
 
-    def __init__(self, ledger: Ledger) -> None:
-        self._ledger = ledger
+    def __init__(self, ledger: Ledger, actor: str) -> None:
+        self._ledger, self.shown_url, self.actor = ledger, ledger.shown, actor
 
     @checked()
     def find(self, claim: str) -> Record:
@@ -89,7 +91,7 @@ class RegistryQueries:
                 code="erased",
                 erased_at=when,
             )
-        near, alike = "", ()
+        near, alike = "", tuple[str, ...]()
         if storable(name):
             near, alike = self._near(name) if len(name) <= NAME_LIMIT else "", self.alike(name)
         text = (

@@ -58,7 +58,7 @@ def recall(place: str = "") -> tuple[str | None, dict[str, Head]]:
             return None, {}
         at = database.execute("SELECT fingerprint FROM places WHERE place = ?", (_key(place),)).fetchone()
         heads = database.execute("SELECT fingerprint, seq, hash FROM heads").fetchall()
-        last = {str(who): Head.parse(f"{seq}:{root}") for who, seq, root in heads}
+        last = {str(who): Head(int(seq), str(root)) for who, seq, root in heads}
     return str(at[0]) if at else None, last
 
 
@@ -86,19 +86,19 @@ def remember(place: str, fingerprint: str, head: Head) -> bool:
     return False
 
 
-def forget(fingerprint: str) -> bool:
-    """Forget all that was seen of an authority; returns whether something was.
+def forget(fingerprint: str) -> Head | None:
+    """Forget all that was seen of an authority; returns its last head, None if nothing was.
 
     Raises: RegistryError if the file cannot be read or written.
     """
-    path = seen_path()
-    if path is None or fingerprint not in recall()[1]:
-        return False
+    path, last = seen_path(), recall()[1].get(fingerprint)
+    if path is None or last is None:
+        return None
     with _readable(), closing(sqlite3.connect(path, timeout=WAIT_S)) as database, database:
         database.executescript(_TABLES)
         database.execute("DELETE FROM places WHERE fingerprint = ?", (fingerprint,))
         database.execute("DELETE FROM heads WHERE fingerprint = ?", (fingerprint,))
-    return True
+    return last
 
 
 @contextmanager

@@ -26,7 +26,7 @@ from moireid.registry.checkpoints.checkpoint import Checkpoint
 from moireid.registry.checkpoints.note import VerifierKey
 from moireid.registry.engine import chunks, default_url, read_url, sqlite_file
 from moireid.registry.keys import Authority, account, checked_actor, key_path, keys_folder
-from moireid.registry.ledger import Ledger, Transaction, open_ledger
+from moireid.registry.ledger import Transaction, open_ledger
 from moireid.registry.opening import new_authority
 from moireid.registry.public_view import PublicView
 from moireid.registry.record import Record, new_record
@@ -84,10 +84,6 @@ class Registry(RegistryChanges, PublicView):
         or is not the newest version in the log; and by every method but `audit` if the registry was put back to an
         earlier state, forked or made anew since this user saw it.  Methods that write need the private key.
     """
-
-    def __init__(self, ledger: Ledger, actor: str) -> None:
-        super().__init__(ledger)
-        self.shown_url, self.actor = ledger.shown, actor
 
     def by(self, actor: str) -> Registry:
         """Return the same open registry for another actor.

@@ -141,7 +141,7 @@ def keep(studio: Studio, job: Job, visitor: Visitor, reason: str | None = None) 
     Raises: Refusal 403, 404 or 409; RegistryError.
     """
     # In a registry that was put back to a day before its figures, any capture would be the first.
-    studio.registry.check_head()
+    studio.registry.standing()
     record, compared = compared_of(studio, job)
     if reason is not None and not visitor.may():
         raise Refusal(403, "role", "Only an admin may put figures in the place of others; ask one.")

@@ -43,7 +43,6 @@ READERS: dict[str, Callable[[Registry], object]] = {
     "holder_of": lambda registry: holder_of(registry, badge_of("Ada").id),
     "holds": lambda registry: holder_of(registry, str(badge_of("Ada").id)),
     "standing": lambda registry: registry.standing(),
-    "check_head": lambda registry: registry.check_head(),
     "checkpoint": lambda registry: registry.checkpoint(),
     "enroll": lambda registry: registry.enroll(badge_of("Bo")),
     "enroll_many": lambda registry: registry.enroll_many([badge_of("Bo")]),

@@ -62,7 +62,7 @@ def registry_import(path: Path, new_key: bool, actor: str | None, registry_url: 
     count = import_registry(path, registry_url, actor=actor, new_key=new_key)
     with open_registry(registry_url, create=False) as registry:
         try:
-            registry.check_head()
+            registry.standing()
         except RegistryError as error:
             # Of an older state than was seen, which every reader refuses.
             say(f"note: {error}")

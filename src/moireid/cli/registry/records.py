@@ -149,13 +149,13 @@ def registry_forget(fingerprint: str, as_json: bool) -> None:
     What was done after that state is lost, above all revocations: enter it again.
     """
     from moireid.registry.keys import as_fingerprint
-    from moireid.registry.seen import forget, recall
+    from moireid.registry.seen import forget
 
     wanted = as_fingerprint(fingerprint)
-    last = recall()[1].get(wanted)
-    gone = forget(wanted)
+    last = forget(wanted)
     if as_json:
-        show_json({"fingerprint": wanted, "forgotten": gone, "seen": None if last is None else str(last)})
+        seen = None if last is None else str(last)
+        show_json({"fingerprint": wanted, "forgotten": last is not None, "seen": seen})
     elif last is None:
         echo(f"authority {wanted} was never seen")
     else:

@@ -25,6 +25,13 @@ from moireid.registry.log import Head
 from moireid.registry.rollback import refusal
 
 ORIGIN = "moireid/registry/"
+#: The lines of a text: other lines of extension may be around the date.  In ASCII alone, as digits of other scripts
+#: would be read as numbers, too.
+_TEXT = re.compile(
+    rf"{ORIGIN}([0-9a-f]{{{FINGERPRINT_DIGITS}}})\n([1-9]\d{{0,17}})\n([\w+/]{{43}}=)\n"
+    r"(?:(?!date ).*\n)*date (.*)\n(?:(?!date ).*\n)*",
+    re.ASCII,
+)
 #: Longest file of a checkpoint, bytes: it has 250, more with the lines of witnesses.
 MOST_BYTES = 65536
 
@@ -82,23 +89,13 @@ class Checkpoint:
 def checkpoint_from(note: str, source: str) -> Checkpoint:
     """The checkpoint in a note; its signature is not checked.  Raises: RegistryError if the note is no checkpoint."""
     try:
-        origin, size, root, *extension = [*parted(note)[0][:-1].split("\n"), "", ""]
-        content, fingerprint = base64.b64decode(root, validate=True), origin.removeprefix(ORIGIN)
-        dates = [line.removeprefix("date ") for line in extension if line.startswith("date ")]
-        # In ASCII alone: digits of other scripts would be read as numbers, too.
-        if re.fullmatch(r"[1-9]\d{0,17}", size, re.ASCII) is None or len(content) != 32:
-            raise ValueError("it does not begin with an origin, a size and a root")
-        if (
-            origin == fingerprint
-            or not re.fullmatch(f"[0-9a-f]{{{FINGERPRINT_DIGITS}}}", fingerprint)
-            or len(dates) != 1
-        ):
-            raise ValueError("it is not one of a moireid registry")
-    except ValueError as error:
-        raise RegistryError(
-            f"{source} is no checkpoint ({error}); give a file that `moireid registry checkpoint` wrote"
-        ) from error
-    return Checkpoint(fingerprint, Head(int(size), content.hex()), dates[0], note)
+        found = _TEXT.fullmatch(parted(note)[0])
+    except ValueError:
+        found = None
+    if found is None:
+        raise RegistryError(f"{source} is no checkpoint; give a file that `moireid registry checkpoint` wrote")
+    fingerprint, size, root, date = found.groups()
+    return Checkpoint(fingerprint, Head(int(size), base64.b64decode(root).hex()), date, note)
 
 
 def read_checkpoint(path: Path) -> Checkpoint:

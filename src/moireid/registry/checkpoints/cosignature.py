@@ -87,7 +87,7 @@ def _lines(text: str) -> list[str]:
     return [line for line in lines if line and not line.startswith("#")]
 
 
-def signers(witnesses: Sequence[VerifierKey], note: str, source: str) -> dict[str, datetime]:
+def signers(witnesses: Sequence[VerifierKey], note: str, source: str) -> dict[str, str]:
     """When each of the witnesses signed a checkpoint, the newest first.
 
     Raises: RegistryError with code "not_witnessed" if one of them did not, or too long ago.
@@ -116,4 +116,4 @@ def signers(witnesses: Sequence[VerifierKey], note: str, source: str) -> dict[st
             code="not_witnessed",
         )
     newest = sorted(times.items(), key=lambda pair: -pair[1])
-    return {name: datetime.fromtimestamp(at, UTC) for name, at in newest}
+    return {name: f"{datetime.fromtimestamp(at, UTC):%Y-%m-%dT%H:%M:%SZ}" for name, at in newest}
