@@ -21,10 +21,10 @@ What it cannot find by itself:
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 
-from sqlalchemy import Connection, exists, func, select
+from sqlalchemy import Connection, func, select
 
 from moireid.errors import RegistryError
 from moireid.registry.audit_findings import Audit
@@ -33,7 +33,7 @@ from moireid.registry.checkpoints.cosignature import signers
 from moireid.registry.checkpoints.note import VerifierKey
 from moireid.registry.engine import AnySelect
 from moireid.registry.ledger import Ledger
-from moireid.registry.log import ERASE, REFINED, REPLACED, check_entry
+from moireid.registry.log import ERASE, NO_RECORD, REFINED, REPLACED, check_entry
 from moireid.registry.look_alikes import folded_skeleton, skeleton
 from moireid.registry.record import Fault, record_of
 from moireid.registry.rollback import CODES, Watch, check_begins
@@ -119,12 +119,8 @@ def _noted(seen: Audit, subject: object = None) -> Iterator[None]:
 
 def _audit_log(ledger: Ledger, connection: Connection, seen: Audit, step: Callable[[int], None]) -> dict[str, str]:
     """Check the log from its first entry on; returns the hash of each record's newest version."""
-    last, later = 0, log.alias("later")
-    newest, ended = dict[str, str](), set[str]()
-    gone = select(later.c.seq).where(later.c.subject == log.c.subject, later.c.action == ERASE, later.c.seq > log.c.seq)
-    query = select(log, badges.c.id.label("holder"), exists(gone).label("erased"))
-    query = query.outerjoin(badges, badges.c.id == log.c.subject)
-    for row in pages(connection, query, log.c.seq):
+    last, newest, ended = 0, dict[str, str](), set[str]()
+    for row in pages(connection, select(log), log.c.seq):
         seen.entries += 1
         try:
             check_entry(row, last, ledger.authority)
@@ -138,30 +134,29 @@ def _audit_log(ledger: Ledger, connection: Connection, seen: Audit, step: Callab
         elif row.subject in ended:
             text = f"log entry {row.seq} is about id {row.subject}, whose holder was erased before: it was issued again"
             seen.report(Fault("erased_again", text, row.subject))
-        newest[row.subject] = row.record_sha256
-        if row.action in ("enroll", "import") and row.holder is None and not row.erased:
-            text = f"log entry {row.seq} enters id {row.subject}, but it has no record"
-            seen.report(Fault("record_missing", text, row.subject))
+        # The first entry is about the authority.
+        newest[row.subject] = NO_RECORD if row.action == "init" else row.record_sha256
         step(seen.entries)
     return newest
 
 
 def _audit_records(
-    ledger: Ledger, connection: Connection, newest: Mapping[str, str], seen: Audit, step: Callable[[int], None]
+    ledger: Ledger, connection: Connection, newest: dict[str, str], seen: Audit, step: Callable[[int], None]
 ) -> None:
-    """Check each record against its signature and its newest entry."""
+    """Check each record against its signature and its newest entry, and that each one in the log is there."""
     changed = select(func.count()).where(log.c.subject == badges.c.id, log.c.action.in_((REPLACED, REFINED)))
     query: AnySelect = select_records().add_columns(changed.scalar_subquery().label("changed"))
     for row in pages(connection, query, badges.c.id):
         seen.records += 1
         step(seen.entries + seen.records)
         seen.revoked += row.revoked_at is not None
+        logged = newest.pop(row.id, None)
         try:
             record = record_of(row, ledger.authority)
         except Fault as fault:
             seen.report(Fault(fault.code, fault.text, row.id))
             continue
-        if newest.get(row.id) != row.newest:
+        if logged != row.newest:
             text = f"the record of id {row.id} is not the version that the log has last, which an index hides"
             seen.report(Fault("record_stale", text, row.id))
         if (row.skeleton, row.folded) != (skeleton(record.name), folded_skeleton(record.name)):
@@ -170,3 +165,7 @@ def _audit_records(
         if (kept := len(record.earlier_figures)) < row.changed:
             text = f"of id {row.id} {kept} earlier sets of measured figures are on record, and {row.changed} were"
             seen.report(Fault("figures_missing", text, row.id))
+    for subject, digest in newest.items():
+        if digest != NO_RECORD:
+            text = f"the log has id {subject}, but it has no record"
+            seen.report(Fault("record_missing", text, subject))

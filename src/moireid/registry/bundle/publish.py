@@ -17,7 +17,7 @@ from moireid.registry.canonical import canonical_json
 from moireid.registry.engine import chunks
 from moireid.registry.ledger import Ledger
 from moireid.registry.look_alikes import folded_skeleton, skeleton
-from moireid.registry.record import Fault, Record, record_of
+from moireid.registry.record import Fault, record_of
 from moireid.registry.schema import badges, pages, select_records
 
 Progress = Callable[[int, int | None], None]
@@ -38,27 +38,24 @@ def unsealed_people(
         record = record_of(row, ledger.authority)
         if versions.get(record.id) != record.digest():
             raise Fault("record_stale", f"the record of id {record.id} is not the version that the log has last")
-        if record.layout_key not in numbers:
-            numbers[record.layout_key] = len(layouts)
+        layout = numbers.setdefault(record.layout_key, len(numbers))
+        if layout == len(layouts):
             layouts.append(specimen(record.badge).to_json())
-        found.append((record.id, _bare(record, numbers[record.layout_key])))
+        person = BundlePerson(
+            name=record.name,
+            skeleton=skeleton(record.name),
+            folded=folded_skeleton(record.name),
+            seal=Seal(b"", b""),
+            layout=layout,
+            revoked=record.barred(),
+            line=record.line,
+            figures=[
+                (canonical_json(one["as_built"] | {"badge_id": ""}), one["as_built_at"]) for one in record.figure_sets
+            ],
+        )
+        found.append((record.id, person))
     # By name: the order of identities would reveal something about them, and the names are in the bundle anyway.
     return sorted(found, key=lambda pair: (pair[1].name, secrets.token_bytes(8))), layouts
-
-
-def _bare(record: Record, layout: int) -> BundlePerson:
-    return BundlePerson(
-        name=record.name,
-        skeleton=skeleton(record.name),
-        folded=folded_skeleton(record.name),
-        seal=Seal(b"", b""),
-        layout=layout,
-        revoked=record.barred(),
-        line=record.line,
-        figures=[
-            (canonical_json(one["as_built"] | {"badge_id": ""}), one["as_built_at"]) for one in record.figure_sets
-        ],
-    )
 
 
 def _sealed(pair: tuple[str, BundlePerson]) -> BundlePerson:
