@@ -6,13 +6,13 @@ The command line and the studio both use this, so that a claim has the same mean
 from __future__ import annotations
 
 import unicodedata
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+from collections.abc import Callable
 
-from moireid.asbuilt import DatedFigures, dated_figures
+from moireid.asbuilt import dated_figures
 from moireid.badge import Badge
 from moireid.provenance import FROM_FILE, BadgeHolder, Provenance, Revocation
 from moireid.question import Question
+from moireid.registry.bundle.held import with_figures
 from moireid.registry.record import Record
 from moireid.registry.store import Registry
 
@@ -80,14 +80,6 @@ def claimed_by_file(registry: Registry, badge: Badge) -> Question:
 def _of_record(record: Record, provenance: Provenance) -> Question:
     own = Question(record.badge, record.badge.id, barred=record.barred(), provenance=provenance)
     return with_figures(own, dated_figures(record.figure_sets))
-
-
-def with_figures(question: Question, sets: Sequence[DatedFigures]) -> Question:
-    """A question about a badge with all its sets of measured figures, of which the last one is in use."""
-    if not sets:
-        return question
-    *earlier, own = sets
-    return replace(question, as_built=own.as_built, as_built_at=own.at, earlier=tuple(earlier))
 
 
 def holder_of(registry: Registry, badge_id: object) -> BadgeHolder | None:

@@ -24,7 +24,6 @@ from moireid.registry.bundle.bundle_file import BundlePerson, read_bundle_file
 from moireid.registry.checkpoints.checkpoint import checkpoint_from
 from moireid.registry.checkpoints.cosignature import signers
 from moireid.registry.checkpoints.note import VerifierKey
-from moireid.registry.claimed import with_figures
 from moireid.registry.log import Head
 from moireid.registry.look_alikes import folded_skeleton, skeleton
 from moireid.registry.merkle import Tree
@@ -196,3 +195,11 @@ class Bundle:
         seen, plain = skeleton(name), folded_skeleton(name)
         found = [one.name for one in self._content.people if one.skeleton == seen or one.folded == plain]
         return tuple([one for one in found if one != name][:MOST_ALIKE])
+
+
+def with_figures(question: Question, sets: Sequence[DatedFigures]) -> Question:
+    """A question about a badge with all its sets of measured figures, of which the last one is in use."""
+    if not sets:
+        return question
+    *earlier, own = sets
+    return replace(question, as_built=own.as_built, as_built_at=own.at, earlier=tuple(earlier))
