@@ -46,3 +46,13 @@ def test_no_command_writes_over_its_own_registry(path, tmp_path):
         done = run("registry", *words, path, "--registry", url_of(path), "--overwrite", code=2)
         assert "is a file that is read here" in done.output
     assert path.read_bytes() == before
+
+
+def test_a_list_shows_the_sound_records_before_it_names_a_damaged_one(url):
+    """Catches: one altered row that hides everyone; an altered row that is shown."""
+    with open_registry(url, create=True) as registry:
+        registry.enroll_many(badge_of(name) for name in ("Ada", "Bo", "Cy"))
+    tamper(url, "UPDATE badges SET issued_at = '2001-01-01T00:00:00Z' WHERE name_nfc = 'Bo'")
+    done = run("registry", "list", "--registry", url, code=2)
+    assert [line.split()[-1] for line in done.stdout.splitlines()] == ["Ada", "Cy"]
+    assert "tampered with" in done.stderr

@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from kit.registries import badge_of, code_of, rows_of, tamper
+from kit.registries import badge_of, code_of, rows_of, run, tamper
 from kit.witnesses import consistent, root_of
 from moireid.errors import RegistryError
 from moireid.idcodes import specimen_of
@@ -87,6 +87,7 @@ def test_a_revocation_cannot_be_hidden_without_the_key(
     tamper(url, BACK, signature=revoked["signature"])
     with pytest.raises(RegistryError, match=r"tampered|rolled back"):
         claimed(registry, "Ada")
+    assert "tampered" in run("registry", "show", "Ada", "--registry", url, code=2).stderr
     assert not registry.audit().sound
     with pytest.raises(RegistryError, match="tampered"):
         registry.publish(tmp_path / "bundle", specimen_of, days=1)
