@@ -49,7 +49,7 @@ from moireid_studio.challenge.challenge import (
     place_of,
 )
 from moireid_studio.challenge.chance import TileWatch, likeliest_chance
-from moireid_studio.challenge.clock import CALL_SLACK_S, HERE, MOST_LATE, REST_WAIT_S, BoundedClock, Pace, StreamClock
+from moireid_studio.challenge.clock import CALL_SLACK_S, HERE, MOST_LATE, REST_WAIT_S, BoundedClock, Pace
 from moireid_studio.challenge.witnessed import witnessed_figures
 
 Event = dict[str, Any]
@@ -71,7 +71,7 @@ class LiveCheck:
         pace: Pace = HERE,
         now: Callable[[], float] = time.monotonic,
         aside: Executor | None = None,
-        clock: BoundedClock | StreamClock | None = None,
+        clock: BoundedClock | None = None,
         watch: OverlapWatch | None = None,
         required: bool = False,
     ) -> None:
