@@ -19,7 +19,7 @@ from moireid.question import CheckLevel
 from moireid.verifier.limits import MIN_COVER_SHARE
 from moireid.verifier.report.circumstances import ClaimNote as Named
 from moireid_studio.auth.guard import Visitor
-from moireid_studio.jobs.claims import claim_of
+from moireid_studio.jobs.claims import note_claim
 from moireid_studio.problems import Refusal
 from moireid_studio.store.job import Job
 from moireid_studio.studio import Studio, studio_of
@@ -137,12 +137,9 @@ def _look_up(studio: Studio, job: Job, wish: dict[str, Any]) -> None:
         raise Refusal(
             422, "fields", "Say whose badge it is said to be: a name or an id as `claim`, or a badge.json as `badge`."
         )
-    job.standing = studio.standing()
     # What it traces is kept for the workers of this process.
-    found, _ = claim_of(studio.registry, wish, job.standing)
-    job.claimed_id, job.claim_source = found.badge.id, found.provenance.source
-    vouched = found.provenance.source == "registry"
-    job.label, job.barred = Named(found.badge.name, found.badge.id, vouched).holder, found.barred
+    badge = note_claim(job, studio.registry, wish, studio.standing())[0].badge
+    job.label = Named(badge.name, badge.id, job.claim_source == "registry").holder
 
 
 def start_sample(studio: Studio, visitor: Visitor, which: Sample) -> Job:

@@ -22,9 +22,10 @@ from moireid.registry.keys import keys_folder
 from moireid.registry.seen import seen_path
 from moireid_studio.auth.tokens import Tokens
 from moireid_studio.http.metrics import Metrics
-from moireid_studio.jobs.claims import PreparedJob, prepared
+from moireid_studio.jobs.claims import prepared
 from moireid_studio.jobs.cluster import Cluster
 from moireid_studio.jobs.queue import Jobs
+from moireid_studio.jobs.task import Task
 from moireid_studio.jobs.workers import Doer
 from moireid_studio.links import Links
 from moireid_studio.problems import Refusal, plain
@@ -84,7 +85,7 @@ class Studio:
         )
         return Jobs(folder, doer)
 
-    def _prepared(self, job: Job) -> PreparedJob:
+    def _prepared(self, job: Job) -> Task:
         """What a job's process gets.  Raises: Refusal, RegistryError."""
         return prepared(job, self.registry, self.settings.trust, lambda: self.for_children)
 
