@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import socket
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
 import click
 from click.core import ParameterSource
@@ -19,13 +18,10 @@ from moireid.cli.common import (
     show_json,
     trust_option,
 )
-from moireid.cli.witness_options import WitnessCheck, witness_check
+from moireid.cli.witness_options import witness_check
 from moireid.errors import SpecError
 from moireid.extras import missing_extra
 from moireid.scheduler import is_loopback
-
-if TYPE_CHECKING:
-    from moireid.question import CheckLevel
 
 data_option = click.option(
     "--data",
@@ -138,21 +134,15 @@ def serve_command(
     host: str,
     port: int,
     public_url: str | None,
-    registry_url: str | None,
-    trust: str | None,
     keep_days: float,
     disk_gb: float,
     uploads_per_minute: int,
     log: str,
-    state: str | None,
     workers: int,
-    level: CheckLevel | None,
-    scheduler: str | None,
     worker_url: str | None,
     no_auth: bool,
-    unsealed: bool,
     data: Path | None,
-    witness_check: WitnessCheck | None,
+    **given: Any,
 ) -> None:
     """Run the studio: web pages and an API for all of this.
 
@@ -163,12 +153,13 @@ def serve_command(
     checkpoint, and when. The file is read anew each time.
     """
     try:
+        from moireid.registry.engine import own_file
         from moireid_studio.app import create_app
         from moireid_studio.auth.guard import address_parts
         from moireid_studio.http.addresses import checked_address
         from moireid_studio.http.logs import begin as begin_log
         from moireid_studio.http.server import serve
-        from moireid_studio.settings import Limits, Settings, default_data
+        from moireid_studio.settings import Limits, Settings, default_data, listening
     except ModuleNotFoundError as error:
         raise missing_extra("the studio", error.name or "a package", "", "moireid-studio") from error
     if no_auth and not is_loopback(host):
@@ -178,35 +169,30 @@ def serve_command(
     if no_auth and click.get_current_context().get_parameter_source("public_url") is ParameterSource.COMMANDLINE:
         raise SpecError("--no-auth answers this machine alone, so no one else could open --public-url; leave one out")
     # Without tokens the films are those of the one user of this machine, as on the command line.
-    check_sealed(allowed=unsealed or no_auth)
+    check_sealed(allowed=given["unsealed"] or no_auth)
+    scheduler = given["scheduler"]
     if scheduler is not None and worker_url is None and not is_loopback(address_parts(scheduler).hostname or ""):
         raise SpecError(
             "workers of a scheduler elsewhere must reach this studio for their films; say how with --worker-url"
         )
-    bound = _listen(host, port)
+    bound = listening(host, port)
     limits = Limits(
         keep_s=keep_days * 86400,
         disk_bytes=int(disk_gb * 1e9),
         uploads_a_minute=uploads_per_minute,
         workers=workers,
     )
-    folder = data or default_data()
     settings = Settings(
-        registry_url,
-        folder,
-        not no_auth,
-        limits,
-        trust,
-        state=state,
-        scheduler=scheduler,
+        data=data or default_data(),
+        auth=not no_auth,
+        limits=limits,
         worker_url=worker_url or f"http://127.0.0.1:{bound.getsockname()[1]}",
-        unsealed=unsealed,
-        level=level,
         # What is set for all commands does not concern a studio that only this machine reaches.
         public_url=None if no_auth or public_url is None else checked_address(public_url),
-        witness_check=witness_check,
+        # The other options have the names of a studio's settings.
+        **given,
     )
-    made = registry_url is None and not _default_is_there()
+    made = settings.registry_url is None and (file := own_file(None)) is not None and not file.exists()
     app = create_app(settings)
     shown = f"[{host}]" if ":" in host else host
     say(f"the studio is at http://{shown}:{bound.getsockname()[1]}/  (stop it with Ctrl-C)")
@@ -218,14 +204,6 @@ def serve_command(
         say(f"no one is enrolled yet in its registry, {registry.shown_url}")
     begin_log(as_json=log == "json")
     serve(app, bound)
-
-
-def _default_is_there() -> bool:
-    """Whether the default registry was made before."""
-    from moireid.registry.engine import default_url, read_url, sqlite_file
-
-    path = sqlite_file(read_url(default_url()))
-    return path is None or path.exists()
 
 
 def check_sealed(*, allowed: bool) -> None:
@@ -248,18 +226,6 @@ def _seal_words() -> str:
     held = sealed_here()
     words = f"a film's process {', '.join(MEANS[name] for name in held)}" if held else "a film's process is not sealed"
     return words if (lacking := missing(held)) is None else f"{words}; on this system it {lacking}"
-
-
-def _listen(host: str, port: int) -> socket.socket:
-    """A socket that listens there.  Raises: SpecError where it cannot."""
-    from moireid_studio.settings import listening
-
-    try:
-        return listening(host, port)
-    except OSError as error:
-        raise SpecError(
-            f"nothing can listen on port {port} of {host} ({error.strerror}); choose another --port, or --host"
-        ) from error
 
 
 @click.group("token")
