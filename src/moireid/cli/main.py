@@ -8,7 +8,7 @@ import os
 import pkgutil
 import sys
 from importlib.util import find_spec
-from typing import NoReturn
+from typing import Any, NoReturn
 
 import click
 
@@ -64,6 +64,8 @@ ELSEWHERE = {
     **dict.fromkeys(("serve", "token", "watch"), "moireid-studio"),
     "lab": "moireid-lab",
 }
+#: Of every command: what asks for its help, which shows what is taken where an option is left out.
+SETTINGS: dict[str, Any] = {"help_option_names": ["-h", "--help"], "show_default": True}
 #: Commands of the lab that are also called without its name; the help does not list them.
 OF_LAB = ("bench", "evaluate")
 
@@ -146,7 +148,7 @@ class MissingDistribution(click.ClickException):
         )
 
 
-@click.group(cls=Sections, context_settings={"help_option_names": ["-h", "--help"]})
+@click.group(cls=Sections, context_settings=SETTINGS)
 @click.version_option(__version__, prog_name="moireid")
 def moireid() -> None:
     """Print a moiré badge, and check on film that it is real and whose it is.
@@ -184,7 +186,7 @@ def _run(command: click.Command, name: str) -> None:
             # A letter that the terminal cannot show becomes an escape, not an error after the work is done.
             stream.reconfigure(errors="backslashreplace")
     try:
-        code = command.main(prog_name=name, standalone_mode=False, help_option_names=["-h", "--help"]) or 0
+        code = command.main(prog_name=name, standalone_mode=False, **SETTINGS) or 0
         sys.stdout.flush()
         sys.exit(code)
     except click.exceptions.NoArgsIsHelpError as error:

@@ -40,7 +40,6 @@ GROUPS = {
 @click.option(
     "--motion",
     default="handheld",
-    show_default=True,
     metavar="NAME|CSV",
     help="How the camera moves: handheld, walk, linear, sway, static, roll, oblique, tumble, circle, board, both, "
     "alike, or a CSV file of poses.",
@@ -51,7 +50,6 @@ GROUPS = {
     type=FiniteRange(0.1, 100),
     default=1.4,
     metavar="M",
-    show_default=True,
     help="From camera to badge, in metres.",
 )
 @click.option(
@@ -59,7 +57,6 @@ GROUPS = {
     type=click.IntRange(2, 1_000_000),
     default=300,
     metavar="NUMBER",
-    show_default=True,
     help="How many frames.",
 )
 @click.option(
@@ -67,20 +64,17 @@ GROUPS = {
     type=FiniteRange(1, 1000),
     default=60.0,
     metavar="NUMBER",
-    show_default=True,
     help="Frames per second.",
 )
 @click.option(
     "--camera",
     default="phone",
-    show_default=True,
     metavar="NAME",
     help="Kind of camera: phone, sharpened, webcam, wide, dim, bright, ideal.",
 )
 @click.option(
     "--build",
     default="typical",
-    show_default=True,
     metavar="NAME[:SEED]",
     help=f"How the badge was built: {', '.join(BUILDS)}, with a seed of its own.",
 )
@@ -119,7 +113,6 @@ GROUPS = {
     "--backend",
     type=click.Choice(["analytic", "mitsuba"]),
     default="analytic",
-    show_default=True,
     help="Renderer: analytic is fast; mitsuba is the reference, and takes a second for each frame.",
 )
 @click.option(
@@ -135,7 +128,6 @@ GROUPS = {
     type=click.IntRange(0, 2**31 - 1),
     default=0,
     metavar="NUMBER",
-    show_default=True,
     help="Seed of everything random.",
 )
 @overwrite_option

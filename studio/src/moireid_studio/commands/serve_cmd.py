@@ -41,7 +41,6 @@ log_option = click.option(
     "--log",
     type=click.Choice(["text", "json"]),
     default="text",
-    show_default=True,
     help="How to write the log to stderr: warnings as text; or these and each request, a line of JSON each. Neither "
     "names a person, a film or a token.",
 )
@@ -54,12 +53,11 @@ unsealed_option = click.option(
 
 
 @click.command("serve")
-@click.option("--host", default="127.0.0.1", metavar="ADDRESS", show_default=True, help="The address to listen on.")
+@click.option("--host", default="127.0.0.1", metavar="ADDRESS", help="The address to listen on.")
 @click.option(
     "--port",
     type=click.IntRange(0, 65535),
     default=8000,
-    show_default=True,
     metavar="NUMBER",
     help="The port to listen on; 0 takes any free one.",
 )
@@ -76,6 +74,7 @@ unsealed_option = click.option(
     "--keep-days",
     type=FiniteRange(0.001, 3650),
     default=1 / 24,
+    show_default=False,
     metavar="DAYS",
     help="How long reports, measured captures and packages are kept; default: an hour. A film goes as soon as it is "
     "judged, and one that waits goes then too.",
@@ -85,7 +84,6 @@ unsealed_option = click.option(
     "disk_gb",
     type=FiniteRange(0.1, 1e6),
     default=20.0,
-    show_default=True,
     metavar="GB",
     help="The most that films and results may take; half of it may be one token's.",
 )
@@ -93,7 +91,6 @@ unsealed_option = click.option(
     "--uploads-per-minute",
     type=click.IntRange(1),
     default=600,
-    show_default=True,
     metavar="NUMBER",
     help="Films that one token of a verifier may send in a minute; others may send twice as many.",
 )
@@ -103,7 +100,6 @@ unsealed_option = click.option(
     "--workers",
     type=click.IntRange(1, 256),
     default=2,
-    show_default=True,
     metavar="NUMBER",
     help="Films that are judged at a time, here or by the workers of --scheduler.",
 )
@@ -242,14 +238,17 @@ def token_group() -> None:
     "read the figures at /metrics; admin: may do all.",
 )
 @click.option(
-    "--note", default="", metavar="TEXT", help="Whose token it is, for your own list; the registry's log names it too."
+    "--note",
+    default="",
+    show_default=False,
+    metavar="TEXT",
+    help="Whose token it is, for your own list; the registry's log names it too.",
 )
 @click.option(
     "--expires",
     "days",
     type=FiniteRange(0.01, 3650),
     default=90.0,
-    show_default=True,
     metavar="DAYS",
     help="After so many days it opens nothing any more.",
 )

@@ -40,7 +40,6 @@ if TYPE_CHECKING:
     "--seconds",
     type=FiniteRange(1, 7 * 86400),
     default=3600,
-    show_default=True,
     metavar="S",
     help="Give the verdict after so many seconds of pictures at most.",
 )
@@ -49,7 +48,6 @@ if TYPE_CHECKING:
     "cover_share",
     type=click.FloatRange(0, 1),
     default=0.5,
-    show_default=True,
     metavar="SHARE",
     help="Share of the stream that the last verdict must be of, 0 to 1; with less it is inconclusive.",
 )
