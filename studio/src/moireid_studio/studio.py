@@ -15,7 +15,7 @@ from starlette.requests import HTTPConnection
 
 from moireid.errors import MoireIdError, RegistryError, SpecError
 from moireid.provenance import Standing
-from moireid.registry import Audit, Registry, default_url, open_registry
+from moireid.registry import Audit, Record, Registry, default_url, open_registry
 from moireid.registry.checkpoints.checkpoint import Checkpoint, read_checkpoint
 from moireid.registry.engine import read_url
 from moireid.registry.keys import keys_folder
@@ -123,6 +123,12 @@ class Studio:
         except RegistryError as error:
             text = self.sentence(error)
             raise Refusal(503, "registry", f"{text[:1].upper()}{text[1:]}.") from error
+
+    def record(self, badge_id: str) -> Record:
+        """The record of a badge.  Raises: Refusal 404 where there is none."""
+        if (found := self.registry.by_id(badge_id)) is None:
+            raise Refusal(404, "no_badge", "No badge of this id is in the registry.")
+        return found
 
     def sentence(self, error: Exception | str) -> str:
         """An error's sentence without the registry's place, which is not for those who come from outside, and without

@@ -175,9 +175,7 @@ def one_file(
 async def capture(request: Request, badge_id: BadgeId, visitor: Issuer) -> JobStatus:
     """Measure a badge as built from a film of it: a job, whose end offers the figures; they are not kept yet."""
     studio = studio_of(request)
-    record = await run_in_threadpool(studio.registry.by_id, badge_id)
-    if record is None:
-        raise Refusal(404, "no_badge", "No badge of this id is in the registry.")
+    record = await run_in_threadpool(studio.record, badge_id)
     async with studio.jobs.coming("capture", visitor.id, visitor.role) as begun:
         sent = await received(studio, request, begun, ())
         if sent.video is None:
