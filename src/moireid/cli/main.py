@@ -80,7 +80,7 @@ class Sections(click.Group):
     def get_command(self, context: click.Context, name: str) -> click.Command | None:
         """Find a command by its name.
 
-        Raises: MissingDistribution where its distribution is not installed; Removed if the command is gone.
+        Raises: ClickException where its distribution is not installed; Removed if the command is gone.
         """
         if name in OF_LAB and isinstance(lab := self.get_command(context, "lab"), click.Group):
             return lab.get_command(context, name)
@@ -89,8 +89,11 @@ class Sections(click.Group):
             own: click.Command = pkgutil.resolve_name(OWN[name])
             return own
         if name in ELSEWHERE:
-            if not _is_installed(ELSEWHERE[name]):
-                raise MissingDistribution(name, ELSEWHERE[name])
+            if not _is_installed(needed := ELSEWHERE[name]):
+                raise click.ClickException(
+                    f"'moireid {name}' needs {needed}, which is not installed; "
+                    f"install it with: {install_command(distribution=needed)}"
+                )
             from importlib.metadata import entry_points
 
             found: click.Command = entry_points(group="moireid.commands")[name].load()
@@ -136,16 +139,6 @@ class Sections(click.Group):
 
 def _is_installed(distribution: str) -> bool:
     return find_spec(distribution.replace("-", "_")) is not None
-
-
-class MissingDistribution(click.ClickException):
-    """A command of a distribution that is not installed."""
-
-    def __init__(self, command: str, distribution: str) -> None:
-        super().__init__(
-            f"'moireid {command}' needs {distribution}, which is not installed; "
-            f"install it with: {install_command(distribution=distribution)}"
-        )
 
 
 @click.group(cls=Sections, context_settings=SETTINGS)
