@@ -25,13 +25,11 @@ from moireid_studio.http.metrics import Metrics
 from moireid_studio.jobs.claims import prepared
 from moireid_studio.jobs.cluster import Cluster
 from moireid_studio.jobs.queue import Jobs
-from moireid_studio.jobs.task import Task
 from moireid_studio.jobs.workers import Doer
 from moireid_studio.links import Links
 from moireid_studio.problems import Refusal, plain
 from moireid_studio.settings import Settings
 from moireid_studio.store.database import database_of
-from moireid_studio.store.job import Job
 from moireid_studio.store.ledger import Ledger
 
 if TYPE_CHECKING:
@@ -78,16 +76,12 @@ class Studio:
         doer = Doer(
             Ledger(database, folder),
             settings.limits,
-            self._prepared,
+            lambda job: prepared(job, self.registry, settings.trust, lambda: self.for_children),
             registry=self.registry,
             metrics=self.metrics,
             cluster=cluster,
         )
         return Jobs(folder, doer)
-
-    def _prepared(self, job: Job) -> Task:
-        """What a job's process gets.  Raises: Refusal, RegistryError."""
-        return prepared(job, self.registry, self.settings.trust, lambda: self.for_children)
 
     @property
     def for_children(self) -> dict[str, str | None]:

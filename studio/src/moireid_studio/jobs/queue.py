@@ -176,10 +176,6 @@ class Jobs:
         self.ledger.remove(job.id)
         shutil.rmtree(job.folder, ignore_errors=True)
 
-    def stored_bytes(self) -> float:
-        """How many bytes of films are stored."""
-        return sum(self.ledger.stored().values())
-
     def check(self) -> dict[str, bool]:
         """Of the folder of films, the threads and the scheduler, whether they are there."""
         found = {"storage": os.access(self._folder, os.W_OK), "at_work": self.at_work}
