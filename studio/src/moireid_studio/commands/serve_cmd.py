@@ -37,20 +37,6 @@ state_option = click.option(
     help="A PostgreSQL database in place of files in the folder, for tokens and links.",
 )
 
-log_option = click.option(
-    "--log",
-    type=click.Choice(["text", "json"]),
-    default="text",
-    help="How to write the log to stderr: warnings as text; or these and each request, a line of JSON each. Neither "
-    "names a person, a film or a token.",
-)
-unsealed_option = click.option(
-    "--unsealed",
-    is_flag=True,
-    help="Also read films of strangers where this system cannot seal the process that reads them. A film made to take "
-    "over its decoder then has the rights of this program.",
-)
-
 
 @click.command("serve")
 @click.option("--host", default="127.0.0.1", metavar="ADDRESS", help="The address to listen on.")
@@ -94,7 +80,13 @@ unsealed_option = click.option(
     metavar="NUMBER",
     help="Films that one token of a verifier may send in a minute; others may send twice as many.",
 )
-@log_option
+@click.option(
+    "--log",
+    type=click.Choice(["text", "json"]),
+    default="text",
+    help="How to write the log to stderr: warnings as text; or these and each request, a line of JSON each. Neither "
+    "names a person, a film or a token.",
+)
 @state_option
 @click.option(
     "--workers",
@@ -122,7 +114,12 @@ unsealed_option = click.option(
     "on other machines. Use https:// where others could read along.",
 )
 @click.option("--no-auth", is_flag=True, help="Ask for no token. Allowed only on this machine's own address.")
-@unsealed_option
+@click.option(
+    "--unsealed",
+    is_flag=True,
+    help="Also read films of strangers where this system cannot seal the process that reads them. A film made to take "
+    "over its decoder then has the rights of this program.",
+)
 @data_option
 @friendly
 @witness_check
