@@ -38,7 +38,6 @@ if TYPE_CHECKING:
     "--lens",
     envvar="MOIREID_LENS",
     default="62lpi-27mil",
-    show_default=True,
     metavar="LABEL|FILE",
     help="What the sheet is sold as: a label of print-your-badge, or a lens profile (.json).",
 )
@@ -49,7 +48,6 @@ if TYPE_CHECKING:
     type=int,
     default=10,
     metavar="NUMBER",
-    show_default=True,
     help="Bands on each side of the middle, 0.1 lines per inch apart.",
 )
 @overwrite_option

@@ -57,7 +57,6 @@ WIDE = 100
     "spare_percent",
     type=FiniteRange(0, 100),
     default=5.0,
-    show_default=True,
     metavar="PERCENT",
     help="So much more of everything that is bought.",
 )
