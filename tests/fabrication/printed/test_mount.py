@@ -181,7 +181,9 @@ def twice(mesh: Any) -> None:
 def test_damaged_mesh_is_refused(
     damage: Callable[[Any], None], complaint: str, report: MountReport, tmp_path: Path
 ) -> None:
-    expected = replace(report.bodies[0], lower_mm=(-75.3, -82.3, -1.6), upper_mm=(75.3, 92.0, 3.0))
+    expected = report.bodies[0]
+    assert expected.lower_mm == pytest.approx((-75.3, -82.3, -1.6))
+    assert expected.upper_mm == pytest.approx((75.3, 92.0, 3.0))
     solids.check_stl(report.stls[0], expected)
     mesh = trimesh.load_mesh(report.stls[0])
     damage(mesh)
