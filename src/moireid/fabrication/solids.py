@@ -252,26 +252,15 @@ def check_3mf(path: Path, bodies: Sequence[Body], colours: Sequence[Rgba]) -> No
         check_volume("3MF file", float(mesh.volume), wanted.volume_mm3, STL_VOLUME_SHARE)
 
 
-def solid_of(shape: Any, what: str = "mesh") -> Any:
-    """A manifold3d Manifold of a trimesh mesh or a build123d shape.
-
-    Raises: FabricationError where it is not closed.
-    """
+def solid_of(mesh: Any, what: str = "mesh") -> Any:
+    """A manifold3d Manifold of a trimesh mesh.  Raises: FabricationError where it is not closed."""
     manifold3d = cad_package("manifold3d")
-    if hasattr(shape, "tessellate"):
-        vertices, faces = shape.tessellate(FINE_MM, FINE_RAD)
-        shape = cad_package("trimesh").Trimesh([tuple(vertex) for vertex in vertices], faces)
     solid = manifold3d.Manifold(
-        manifold3d.Mesh(np.asarray(shape.vertices, dtype=np.float32), np.asarray(shape.faces, dtype=np.uint32))
+        manifold3d.Mesh(np.asarray(mesh.vertices, dtype=np.float32), np.asarray(mesh.faces, dtype=np.uint32))
     )
     if solid.status() != manifold3d.Error.NoError:
         raise refused(what, f"is no manifold ({solid.status().name})", "NoError from manifold3d")
     return solid
-
-
-def overlap_mm3(one: Any, other: Any) -> float:
-    """Volume that two Manifolds share."""
-    return float((one ^ other).volume())
 
 
 def check_walls(solid: Any, levels_mm: list[float], least_mm: float, name: str) -> None:
