@@ -220,33 +220,27 @@ def export_3mf(bodies: Sequence[tuple[str, Any, Rgba]], path: Path) -> None:
     path.write_bytes(bytes(model.QueryWriter("3mf").WriteToBuffer()))
 
 
-def check_3mf(path: Path, bodies: Sequence[Body], colours: Sequence[Rgba]) -> None:
-    """Read a 3MF file back as the XML that it is: one closed body for each that is expected, of its volume, and of its
-    colour.
+def check_3mf(path: Path, bodies: Sequence[Body]) -> None:
+    """Read a 3MF file back as the XML that it is: one closed body for each that is expected, of its volume.
 
     Raises: FabricationError with what was found, what is allowed and what to do.
-    Source: 3MF core specification 1.3, sections 3 to 5 (base materials).
+    Source: 3MF core specification 1.3, sections 3 and 4.
     """
     trimesh = cad_package("trimesh")
     try:
         with zipfile.ZipFile(path) as archive:
             model = ElementTree.fromstring(archive.read("3D/3dmodel.model"))
-        shades = [bytes.fromhex(base.attrib["displaycolor"][1:]) for base in model.iter(f"{CORE_3MF}base")]
-        found = list(model.iter(f"{CORE_3MF}object"))
-        coloured = [tuple(shades[int(body.attrib["pindex"])]) for body in found]
         meshes = [
             trimesh.Trimesh(
                 [[float(corner.attrib[key]) for key in ("x", "y", "z")] for corner in body.iter(f"{CORE_3MF}vertex")],
                 [[int(face.attrib[key]) for key in ("v1", "v2", "v3")] for face in body.iter(f"{CORE_3MF}triangle")],
             )
-            for body in found
+            for body in model.iter(f"{CORE_3MF}object")
         ]
     except (zipfile.BadZipFile, ElementTree.ParseError, LookupError, ValueError) as error:
         raise refused("3MF file", "cannot be read back", "a readable file") from error
     if len(meshes) != len(bodies):
         raise refused("3MF file", f"holds {len(meshes)} bodies", f"exactly {len(bodies)}")
-    if coloured != list(colours):
-        raise refused("3MF file", f"holds the colours {coloured}", f"{list(colours)}")
     for mesh, wanted in zip(meshes, bodies, strict=True):
         solid_of(mesh, "3MF file")
         check_volume("3MF file", float(mesh.volume), wanted.volume_mm3, STL_VOLUME_SHARE)

@@ -119,9 +119,9 @@ def write_mount(
         export_stl(body.on_bed, path)
         meshes.append(check_stl(path, body))
         check_overhangs(meshes[-1], body.name)
-    colours = [COLOURS[kind_of(body.name)] for body in bodies]
-    export_3mf(list(zip([body.name for body in bodies], meshes, colours, strict=True)), three_mf)
-    check_3mf(three_mf, bodies, colours)
+    named = [(body.name, mesh, COLOURS[kind_of(body.name)]) for body, mesh in zip(bodies, meshes, strict=True)]
+    export_3mf(named, three_mf)
+    check_3mf(three_mf, bodies)
     _check_bodies(bodies, meshes, tray, process)
     return MountReport(stls, sum(body.volume_mm3 for body in bodies) * PLA_G_PER_MM3, bodies)
 
