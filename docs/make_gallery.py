@@ -38,7 +38,7 @@ PRINTED = re.compile(r"`print-your-badge ([^`]+)`\n\n!.+\(gallery/(\w+)\.png\)")
 VERDICTS = ("genuine_1.0m", "forged_drift_1.0m", "forged_gain_low_1.0m", "forged_reversed_1.0m")
 MOVING = {"film": "", "fake": " --forge gain_low"}
 #: The two films of `make demo`: names, titles, and how they are forged.
-SHOWN = {"true": ("Real badge", ""), "forged": ("Forged: a still picture of the badge", " --forge frozen")}
+SHOWN = {"true": ("True badge", ""), "forged": ("Forged: a still picture of the badge", " --forge frozen")}
 #: Badges to wear, one a template: options in addition to the logo and the portrait.
 WORN = {
     "plain": '"Grace Hopper" --payload cdbbf82898d52ed1 --line Guest',

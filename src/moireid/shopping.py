@@ -13,8 +13,6 @@ if TYPE_CHECKING:
 
 #: A lens sheet where none is given, mm across the lenses and along them: A4, its lenses along the longer side.
 ASSUMED_MM = (210.0, 297.0)
-#: Of everything that is bought, so much more.
-SPARE_SHARE = 0.05
 
 
 def usual_badge(form: str, lens: str | None = None, paper: str = "a4") -> Badge:
@@ -48,7 +46,6 @@ def list_for(
     people: int = 1,
     *,
     mount: str | None = None,
-    spare_share: float = SPARE_SHARE,
     sheet_mm: tuple[float, float] | None = None,
 ) -> ShoppingList:
     """What to buy for so many badges alike, with notes on mount and lens sheets.
@@ -62,8 +59,6 @@ def list_for(
     mount : {"lanyard", "clip", "stand", "acrylic", "none"}, optional
         What holds the badges, printed but for acrylic; None for none where holders of that size are sold, else the
         lanyard's.
-    spare_share : float
-        Of everything that is bought, so much more.
     sheet_mm : (float, float), optional
         Sides of a lens sheet across and along its lenses, mm; None for `ASSUMED_MM`, and a note.
 
@@ -88,7 +83,7 @@ def list_for(
     if kind == "acrylic" and parts.acrylic is None:
         raise FabricationError(f"no acrylic stack can be made: {parts.left_out['acrylic']}; give another mount")
     parts = replace(parts, printed="none") if kind == "acrylic" else replace(parts, acrylic=None)
-    found = shopping_list(badge, parts, people, sheet_mm or ASSUMED_MM, form=form, spare_share=spare_share)
+    found = shopping_list(badge, parts, people, sheet_mm or ASSUMED_MM, form=form)
     notes = [note] if note and kind != "acrylic" else []
     if found.cutting is not None and sheet_mm is None:
         notes.append(

@@ -14,13 +14,13 @@ import trimesh
 
 from moireid.badge import Badge
 from moireid.errors import FabricationError
-from moireid.fabrication import package, solid_parts
+from moireid.fabrication import package
 from moireid.fabrication.acrylic.plates import AcrylicPlan, plan_acrylic
 from moireid.fabrication.assembly_files import write_assembly_step
 from moireid.fabrication.mount_parts import plan_parts
 from moireid.fabrication.printed.mount import KINDS
 from moireid.fabrication.process_figures import mount_figures
-from moireid.fabrication.solid_parts import acrylic_parts, check_parts, mount_solids
+from moireid.fabrication.solid_parts import SolidPart, acrylic_parts, check_parts, mount_solids
 
 
 @pytest.fixture(scope="module")
@@ -151,7 +151,7 @@ def test_a_part_that_hangs_in_the_air_is_refused(plan: AcrylicPlan) -> None:
 @pytest.mark.parametrize("kind", KINDS)
 def test_page_and_sheet_are_held_as_designed(kind: str, ada: Badge) -> None:
     """Catches: springs that reach into the page, a sheet that no lip touches, air between page and sheet."""
-    parts = {name: solid_parts.solid_of(solid) for name, solid in mount_solids(ada, kind).items()}
+    parts = {name: SolidPart(name, shape).solid for name, shape in mount_solids(ada, kind).items()}
     carrier, page, sheet = parts["tray"], parts["page"], parts["sheet-0"]
     assert page.min_gap(sheet, 1.0) < 1e-3 and page.min_gap(carrier, 1.0) < 1e-3
     for one, other in ((page, sheet), (page, carrier), (sheet, carrier)):

@@ -28,8 +28,7 @@ def claims() -> list[tuple[str, str, str]]:
 
 def ledger() -> str:
     """The text of tests/claims.md."""
-    rows = [f"| {text} | {file}::{test} |" for text, file, test in claims()]
-    return "\n".join([HEAD, "| claim | test |", "|---|---|", *rows, ""])
+    return "\n".join([HEAD, *(f"- {text}: `{file}::{test}`" for text, file, test in claims()), ""])
 
 
 def _claims_of(path: Path) -> list[tuple[str, str, str]]:

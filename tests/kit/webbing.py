@@ -17,13 +17,14 @@ from fastapi import FastAPI
 from sqlalchemy import update
 
 from moireid.badge import Badge
+from moireid.reading.film_orders import Order
 from moireid.registry import open_registry
 from moireid.simulate.filming import film
 from moireid.simulate.motion import motion_named
 from moireid.simulate.scene import Camera, Scene
 from moireid_studio.app import create_app
-from moireid_studio.jobs.claims import PreparedJob
 from moireid_studio.jobs.queue import Jobs
+from moireid_studio.jobs.task import Task
 from moireid_studio.jobs.workers import Doer
 from moireid_studio.settings import Limits, Settings
 from moireid_studio.store.database import database_of, jobs
@@ -124,7 +125,12 @@ def studio(
         visit.studio.close()
 
 
-def jobs_of(folder: Path, limits: Limits, prepare: Callable[[Job], PreparedJob] = lambda job: PreparedJob()) -> Jobs:
+def task_of(job: Job, order: Order | None = None) -> Task:
+    """What the process of a job gets, whatever the job is."""
+    return Task(job.kind, job.folder, job.video, order)
+
+
+def jobs_of(folder: Path, limits: Limits, prepare: Callable[[Job], Task] = task_of) -> Jobs:
     """Jobs without a studio, in a folder of their own."""
     folder.mkdir(parents=True, exist_ok=True)
     ledger = Ledger(database_of(folder.parent, f"{folder.name}.sqlite3", None, log=True), folder)

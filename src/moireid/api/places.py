@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, nullcontext
 
 from moireid import registry as room
 from moireid.files import AnyPath, as_path
@@ -48,14 +47,11 @@ def url_of(place: AnyPath | None) -> str | None:
     return str(expanded(str(as_path(place))).absolute())
 
 
-@contextmanager
-def opened(place: Place) -> Iterator[room.Registry]:
+def opened(place: Place) -> AbstractContextManager[room.Registry]:
     """The registry, open; one that was open already stays so."""
     if isinstance(place, room.Registry):
-        yield place
-        return
-    with room.open_registry(url_of(place), create=False) as registry:
-        yield registry
+        return nullcontext(place)
+    return room.open_registry(url_of(place), create=False)
 
 
 def warn_of(standing: Standing) -> None:

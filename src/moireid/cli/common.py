@@ -105,7 +105,6 @@ printer_dpi_option = click.option(
     type=PRINTER_DPI,
     default=1200,
     metavar="DPI",
-    show_default=True,
     help="The printer's dots per inch.",
 )
 paper_option = click.option(
@@ -113,14 +112,12 @@ paper_option = click.option(
     envvar="MOIREID_PAPER",
     type=PAPER,
     default="a4",
-    show_default=True,
     help="Paper size; from sra3 on, a print shop's.",
 )
 form_option = click.option(
     "--form",
     type=click.Choice(["dots", "vector"]),
     default="dots",
-    show_default=True,
     help="How the lines are drawn: dots, on the printer's grid; vector, free of it.",
 )
 
@@ -136,6 +133,7 @@ scale_option = click.option(
     "--measured-scale",
     type=SCALE,
     default=(1.0, 1.0),
+    show_default=False,
     metavar="X[,Y]",
     help="Measured over stated length of the scale bars of an earlier print, such as 0.9973; corrects the size.",
 )

@@ -8,7 +8,7 @@ import os
 import pkgutil
 import sys
 from importlib.util import find_spec
-from typing import NoReturn
+from typing import Any, NoReturn
 
 import click
 
@@ -64,6 +64,8 @@ ELSEWHERE = {
     **dict.fromkeys(("serve", "token", "watch"), "moireid-studio"),
     "lab": "moireid-lab",
 }
+#: Of every command: what asks for its help, which shows what is taken where an option is left out.
+SETTINGS: dict[str, Any] = {"help_option_names": ["-h", "--help"], "show_default": True}
 #: Commands of the lab that are also called without its name; the help does not list them.
 OF_LAB = ("bench", "evaluate")
 
@@ -78,7 +80,7 @@ class Sections(click.Group):
     def get_command(self, context: click.Context, name: str) -> click.Command | None:
         """Find a command by its name.
 
-        Raises: MissingDistribution where its distribution is not installed; Removed if the command is gone.
+        Raises: ClickException where its distribution is not installed; Removed if the command is gone.
         """
         if name in OF_LAB and isinstance(lab := self.get_command(context, "lab"), click.Group):
             return lab.get_command(context, name)
@@ -87,8 +89,11 @@ class Sections(click.Group):
             own: click.Command = pkgutil.resolve_name(OWN[name])
             return own
         if name in ELSEWHERE:
-            if not _is_installed(ELSEWHERE[name]):
-                raise MissingDistribution(name, ELSEWHERE[name])
+            if not _is_installed(needed := ELSEWHERE[name]):
+                raise click.ClickException(
+                    f"'moireid {name}' needs {needed}, which is not installed; "
+                    f"install it with: {install_command(distribution=needed)}"
+                )
             from importlib.metadata import entry_points
 
             found: click.Command = entry_points(group="moireid.commands")[name].load()
@@ -136,17 +141,7 @@ def _is_installed(distribution: str) -> bool:
     return find_spec(distribution.replace("-", "_")) is not None
 
 
-class MissingDistribution(click.ClickException):
-    """A command of a distribution that is not installed."""
-
-    def __init__(self, command: str, distribution: str) -> None:
-        super().__init__(
-            f"'moireid {command}' needs {distribution}, which is not installed; "
-            f"install it with: {install_command(distribution=distribution)}"
-        )
-
-
-@click.group(cls=Sections, context_settings={"help_option_names": ["-h", "--help"]})
+@click.group(cls=Sections, context_settings=SETTINGS)
 @click.version_option(__version__, prog_name="moireid")
 def moireid() -> None:
     """Print a moiré badge, and check on film that it is real and whose it is.
@@ -184,7 +179,7 @@ def _run(command: click.Command, name: str) -> None:
             # A letter that the terminal cannot show becomes an escape, not an error after the work is done.
             stream.reconfigure(errors="backslashreplace")
     try:
-        code = command.main(prog_name=name, standalone_mode=False, help_option_names=["-h", "--help"]) or 0
+        code = command.main(prog_name=name, standalone_mode=False, **SETTINGS) or 0
         sys.stdout.flush()
         sys.exit(code)
     except click.exceptions.NoArgsIsHelpError as error:

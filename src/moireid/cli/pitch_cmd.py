@@ -38,20 +38,11 @@ if TYPE_CHECKING:
     "--lens",
     envvar="MOIREID_LENS",
     default="62lpi-27mil",
-    show_default=True,
     metavar="LABEL|FILE",
     help="What the sheet is sold as: a label of print-your-badge, or a lens profile (.json).",
 )
 @printer_dpi_option
 @paper_option
-@click.option(
-    "--steps",
-    type=int,
-    default=10,
-    metavar="NUMBER",
-    show_default=True,
-    help="Bands on each side of the middle, 0.1 lines per inch apart.",
-)
 @overwrite_option
 @json_option
 @friendly
@@ -60,7 +51,6 @@ def pitch_test_command(
     lens: str,
     printer_dpi: int,
     paper: str,
-    steps: int,
     overwrite: bool,
     as_json: bool,
 ) -> None:
@@ -73,7 +63,7 @@ def pitch_test_command(
     from moireid.fabrication.page.chart_page import print_chart
     from moireid.sheets import MM_PER_INCH
 
-    chart = design_chart(lens, printer_dpi=printer_dpi, paper=paper, steps=steps)
+    chart = design_chart(lens, printer_dpi=printer_dpi, paper=paper)
     files = print_chart(chart, folder, overwrite=overwrite)
     cells = chart.gratings[0].cells
     if as_json:

@@ -25,6 +25,7 @@ REMOVED = {
     "registry reinstate": "issue another badge: one that is revoked stays so",
     "registry revoke --since": "leave it out: films of before the revocation do not count either",
     "print --front array": "--axes xy or --axes hex sense more directions under a lenticular sheet",
+    "simulate --explain": "--json has run times, estimated errors, and what is left out",
     "simulate --leave-out": "what a scene does not need, such as glare without a lamp, is left out by itself",
     "simulate --quick": "leave it out: every film is now encoded as fast",
     "serve --storage": "leave it out: films wait in the studio's folder, and workers of --scheduler fetch them there",

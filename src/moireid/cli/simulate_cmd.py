@@ -29,7 +29,7 @@ GROUPS = {
     "How it is filmed": "motion distance frames fps camera",
     "What is filmed": "build flaw scene light forge",
     "What becomes of the film": "effect recipe",
-    "Error and run time": "backend error explain",
+    "Error and run time": "backend error",
     "Output": "out seed overwrite json",
 }
 
@@ -40,7 +40,6 @@ GROUPS = {
 @click.option(
     "--motion",
     default="handheld",
-    show_default=True,
     metavar="NAME|CSV",
     help="How the camera moves: handheld, walk, linear, sway, static, roll, oblique, tumble, circle, board, both, "
     "alike, or a CSV file of poses.",
@@ -51,7 +50,6 @@ GROUPS = {
     type=FiniteRange(0.1, 100),
     default=1.4,
     metavar="M",
-    show_default=True,
     help="From camera to badge, in metres.",
 )
 @click.option(
@@ -59,7 +57,6 @@ GROUPS = {
     type=click.IntRange(2, 1_000_000),
     default=300,
     metavar="NUMBER",
-    show_default=True,
     help="How many frames.",
 )
 @click.option(
@@ -67,20 +64,17 @@ GROUPS = {
     type=FiniteRange(1, 1000),
     default=60.0,
     metavar="NUMBER",
-    show_default=True,
     help="Frames per second.",
 )
 @click.option(
     "--camera",
     default="phone",
-    show_default=True,
     metavar="NAME",
     help="Kind of camera: phone, sharpened, webcam, wide, dim, bright, ideal.",
 )
 @click.option(
     "--build",
     default="typical",
-    show_default=True,
     metavar="NAME[:SEED]",
     help=f"How the badge was built: {', '.join(BUILDS)}, with a seed of its own.",
 )
@@ -119,7 +113,6 @@ GROUPS = {
     "--backend",
     type=click.Choice(["analytic", "mitsuba"]),
     default="analytic",
-    show_default=True,
     help="Renderer: analytic is fast; mitsuba is the reference, and takes a second for each frame.",
 )
 @click.option(
@@ -129,21 +122,17 @@ GROUPS = {
     metavar="RAD",
     help="Largest error of the fringe phase; the fastest setting that keeps it is taken.",
 )
-@click.option("--explain", is_flag=True, help="Show run times, estimated errors, and what was left out.")
 @click.option(
     "--seed",
     type=click.IntRange(0, 2**31 - 1),
     default=0,
     metavar="NUMBER",
-    show_default=True,
     help="Seed of everything random.",
 )
 @overwrite_option
 @json_option
 @friendly
-def simulate_command(
-    badge_json: Path, video: Path, overwrite: bool, as_json: bool, explain: bool, **wished: Any
-) -> None:
+def simulate_command(badge_json: Path, video: Path, overwrite: bool, as_json: bool, **wished: Any) -> None:
     """Simulate a film of a badge, real or forged.
 
     The true camera poses and fringe phases are written next to the film, as VIDEO.truth.csv.
@@ -213,10 +202,8 @@ def simulate_command(
         report = simulate(badge_json, video, overwrite=overwrite, progress=progress, **wished)
     if as_json:
         show_json(_document(report))
-        return
-    echo(f"{report.video}: {report.frames} frames, {report.label}; truth in {report.truth}")
-    if explain:
-        _explain(report)
+    else:
+        echo(f"{report.video}: {report.frames} frames, {report.label}; truth in {report.truth}")
 
 
 simulate_command.help = cleandoc(simulate_command.help or "").format(flaws="\n".join(flaw_lines()))
@@ -239,14 +226,3 @@ def _document(report: FilmReport) -> dict[str, Any]:
         "rays": estimate.rays,
         "segments": estimate.segments,
     }
-
-
-def _explain(report: FilmReport) -> None:
-    """Show run times, estimated errors, and what the film leaves out."""
-    estimate = report.estimate
-    echo("time: " + ", ".join(f"{name} {seconds:.1f} s" for name, seconds in report.stages_s.items()))
-    phase = "no fringes" if estimate.phase_rad is None else f"phase {estimate.phase_rad:.4f} rad"
-    setting = f"{estimate.rays[0] * estimate.rays[1]} rays a pixel"
-    setting += "" if estimate.segments is None else f" and {estimate.segments} segments a lens"
-    echo(f"estimated error: {phase}, brightness {100 * estimate.image:.1f} %, with {setting}")
-    echo("not in the film: " + "; ".join(report.left_out))

@@ -1,7 +1,8 @@
 """A mount put together as files: STEP with names and colours for CAD programs, and mount.glb for a viewer.
 
-Both hold each part in its place in use.  mount.glb holds the printed mount and the stack in acrylic next to each other,
-each as a node with its parts below it, and the badge's print on the page.
+Both hold each part in its place in use, after `solid_parts.check_parts` found it closed and where it fits.  mount.glb
+holds the printed mount and the stack in acrylic next to each other, each as a node with its parts below it, and the
+badge's print on the page.
 
 Convention: STEP has mm and the frame of `sight`.  glTF has metres, and its own axes are the frame's (x right, y up, z
 towards the viewer).
@@ -9,7 +10,6 @@ towards the viewer).
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -24,11 +24,9 @@ from moireid.fabrication.page.preview import draw_preview
 from moireid.fabrication.part_colours import kind_of, linear_colour
 from moireid.fabrication.sight import half_board_mm
 from moireid.fabrication.solid_parts import SolidPart
-from moireid.fabrication.solids import cad_package, refused
+from moireid.fabrication.solids import cad_package
 
 METRES_PER_MM = 1e-3
-#: The volume that the kernel may lose by writing a STEP file and reading it again, as a share.
-STEP_VOLUME_SHARE = 1e-6
 #: Between the printed mount and the stack in acrylic, mm.
 APART_MM = 60.0
 #: An occurrence of a part in a STEP assembly (ISO 10303-44), which the kernel gives a name such as "=>[0:1:1:2]".
@@ -36,10 +34,7 @@ _PLACE = re.compile(r"NEXT_ASSEMBLY_USAGE_OCCURRENCE\('[^']*','[^']*'")
 
 
 def write_assembly_step(name: str, parts: Sequence[SolidPart], path: Path) -> None:
-    """Write the parts as one STEP assembly of that name, and read it back.
-
-    Raises: FabricationError where the file does not hold each part with its name and its volume.
-    """
+    """Write the parts as one STEP assembly of that name.  Raises: FabricationError where the kernel cannot write."""
     b3d = cad_package("build123d")
     whole = b3d.Compound(label=name, children=[part.shape for part in parts])
     try:
@@ -49,32 +44,12 @@ def write_assembly_step(name: str, parts: Sequence[SolidPart], path: Path) -> No
     places = iter([f"NEXT_ASSEMBLY_USAGE_OCCURRENCE('{k}','{part.name}'" for k, part in enumerate(parts, start=1)])
     step = _PLACE.sub(lambda found: next(places, found[0]), path.read_text(encoding="utf-8"))
     path.write_text(step, encoding="utf-8")
-    check_assembly_step(path, parts)
-
-
-def check_assembly_step(path: Path, parts: Sequence[SolidPart]) -> None:
-    """Read a STEP assembly back: every part there once, valid, with its name and its volume.
-
-    Raises: FabricationError with what was found and what is allowed.
-    """
-    try:
-        found = {shape.label: shape for shape in cad_package("build123d").import_step(path).children}
-    except (ValueError, RuntimeError, OSError) as error:
-        raise refused(path.name, "cannot be read back", "a readable file") from error
-    if sorted(found) != (wanted := sorted(part.name for part in parts)):
-        raise refused(path.name, f"holds the parts {sorted(found)}", f"{wanted}")
-    for part in parts:
-        shape = found[part.name]
-        if len(shape.solids()) != 1 or not shape.is_valid:
-            raise refused(path.name, f"holds {part.name} not as one valid solid", "one valid solid")
-        if not math.isclose(shape.volume, part.shape.volume, rel_tol=STEP_VOLUME_SHARE):
-            raise refused(path.name, f"holds {part.name} with {shape.volume:.1f} mm³", f"{part.shape.volume:.1f} mm³")
 
 
 def write_glb(
     badge: Badge, mounts: Mapping[str, Sequence[SolidPart]], path: Path, picture: Image.Image | None = None
 ) -> None:
-    """Write mounts next to each other as binary glTF, each put together, and read it back.
+    """Write mounts next to each other as binary glTF, each put together.
 
     Parameters
     ----------
@@ -82,14 +57,9 @@ def write_glb(
         The parts of each mount, by the name of its node; a part's node is called "MOUNT-PART".
     picture : PIL.Image.Image, optional
         The board as `preview.draw_preview` drew it; None to draw it.
-
-    Raises
-    ------
-    FabricationError
-        Where what is read back is not what was written.
     """
     trimesh = cad_package("trimesh")
-    scene, volumes = trimesh.Scene(), {}
+    scene = trimesh.Scene()
     printed, half_mm = (picture or draw_preview(badge)).convert("RGB"), half_board_mm(badge)
     right_mm = 0.0
     for mount, parts in mounts.items():
@@ -101,34 +71,10 @@ def write_glb(
         scene.graph.update(frame_from=scene.graph.base_frame, frame_to=mount, matrix=move)
         page_top = float(meshes["page"].bounds[1][2])
         for name, mesh in meshes.items():
-            volumes[f"{mount}-{name}"] = float(mesh.volume)
             mesh.visual = trimesh.visual.TextureVisuals(material=_material(trimesh, kind_of(name)))
             _add(scene, mesh, f"{mount}-{name}", mount)
         _add(scene, _print_of(trimesh, printed, half_mm, page_top), f"{mount}-print", mount)
     path.write_bytes(scene.export(file_type="glb"))
-    check_glb(path, volumes)
-
-
-def check_glb(path: Path, volumes_mm3: dict[str, float]) -> None:
-    """Read a GLB file back: every part there, closed, and of its volume.
-
-    Raises: FabricationError with what was found and what is allowed.
-    """
-    trimesh = cad_package("trimesh")
-    try:
-        scene = trimesh.load(path, file_type="glb", force="scene")
-    except (ValueError, KeyError, OSError) as error:
-        raise refused(path.name, "cannot be read back", "a readable file") from error
-    found = {name: mesh for name, mesh in scene.geometry.items() if not name.endswith("-print")}
-    if set(found) != set(volumes_mm3):
-        raise refused(path.name, f"holds the parts {sorted(found)}", f"{sorted(volumes_mm3)}")
-    for name, mesh in found.items():
-        mesh.merge_vertices(merge_tex=True, merge_norm=True)
-        volume_mm3 = float(mesh.volume) / METRES_PER_MM**3
-        if not mesh.is_watertight or not math.isclose(volume_mm3, volumes_mm3[name], rel_tol=1e-3):
-            raise refused(
-                path.name, f"holds {name} with {volume_mm3:.1f} mm³", f"a closed body of {volumes_mm3[name]:.1f} mm³"
-            )
 
 
 def _add(scene: Any, mesh: Any, name: str, mount: str) -> None:

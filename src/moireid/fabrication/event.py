@@ -20,8 +20,6 @@ from typing import Any
 from moireid.badge import Badge
 from moireid.errors import FabricationError
 from moireid.fabrication.assembly.assembly_words import BuildPlan, Maker
-from moireid.fabrication.assembly.guide import write_assembly_pdf
-from moireid.fabrication.assembly.moving_looks import write_looks
 from moireid.fabrication.mount_parts import Parts, shape_parts, write_parts
 from moireid.fabrication.package import (
     ASSEMBLY,
@@ -32,6 +30,7 @@ from moireid.fabrication.package import (
     leftover_parts,
     made_aside,
     other_badges,
+    write_guides,
     write_sheets,
 )
 from moireid.fabrication.page.canvas import PdfPage
@@ -166,9 +165,7 @@ def print_event(
         work = partial(_write_person, measured_scale=measured_scale)
         with _shared(work, badges, [aside / name for name in names], processes) as people_made:
             mass_g = write_parts(badges[0], parts, aside, lambda file: None, solids)
-            build = BuildPlan(badges[0], parts, maker, for_all=True)
-            write_assembly_pdf(build, aside / ASSEMBLY, solids.drawn)
-            write_looks(badges[0], aside / LOOKS)
+            write_guides(BuildPlan(badges[0], parts, maker, for_all=True), aside, solids, lambda file: None)
             sheet_count, to_a_sheet = write_sheets_pdf(badges, aside / SHEETS, measured_scale=measured_scale)
             for done, _ in enumerate(people_made, start=1):
                 if progress:

@@ -1,4 +1,4 @@
-"""Which mounts can be made for a badge, their solids, and their files, each read back.
+"""Which mounts can be made for a badge, their solids, and their files.
 
 Of a mount the printed one and the acrylic stack are made, if they can be made; both are planned before anything.  If
 only one of the two can be made, it is made, and the report says why the other is left out.  The wish is refused if
@@ -157,7 +157,7 @@ def write_parts(
     solids: MountSolids | None = None,
     picture: Image.Image | None = None,
 ) -> float | None:
-    """Write the files of a mount and read each back.
+    """Write the files of a mount, and read back those from which parts are made.
 
     Parameters
     ----------

@@ -17,7 +17,7 @@ from moireid.errors import SpecError
 from moireid.fabrication.assembly.assembly_words import BuildPlan, Maker
 from moireid.fabrication.assembly.guide import write_assembly_pdf
 from moireid.fabrication.assembly.moving_looks import write_looks
-from moireid.fabrication.mount_parts import PART_FILES, Parts, shape_parts, write_parts
+from moireid.fabrication.mount_parts import PART_FILES, MountSolids, Parts, shape_parts, write_parts
 from moireid.fabrication.page.pdf import write_badge_pdf
 from moireid.fabrication.page.preview import write_preview
 from moireid.files import AnyPath, as_path, move_together, planned, tidy_folders, write_text
@@ -137,10 +137,7 @@ def print_badge(
     with made_aside(folder, names, stale, spared, overwrite=overwrite, kept=kept, before_moving=before_moving) as aside:
         solids = shape_parts(badge, parts)
         picture = write_sheets(badge, aside, measured_scale=measured_scale, say=say)
-        say(ASSEMBLY)
-        write_assembly_pdf(BuildPlan(badge, parts, maker), aside / ASSEMBLY, solids.drawn)
-        say(LOOKS)
-        write_looks(badge, aside / LOOKS)
+        write_guides(BuildPlan(badge, parts, maker), aside, solids, say)
         mass_g = write_parts(badge, parts, aside, say, solids, picture)
     return PrintResult({name: folder / name for name in names}, mass_g, parts.left_out, stale, spared)
 
@@ -199,6 +196,14 @@ def write_sheets(
     preview = write_preview(badge, folder / "preview.png")
     write_text(folder / BADGE_JSON, badge_file(badge))
     return preview
+
+
+def write_guides(build: BuildPlan, folder: Path, solids: MountSolids, say: Callable[[str], None]) -> None:
+    """Write how a badge is built, and how its fringes look."""
+    say(ASSEMBLY)
+    write_assembly_pdf(build, folder / ASSEMBLY, solids.drawn)
+    say(LOOKS)
+    write_looks(build.badge, folder / LOOKS)
 
 
 def leftover_parts(folder: Path, parts: Parts, owner_file: str) -> tuple[Path, ...]:

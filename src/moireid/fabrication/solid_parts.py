@@ -21,7 +21,7 @@ from moireid.errors import FabricationError
 from moireid.fabrication.part_colours import kind_of, linear_colour
 from moireid.fabrication.process_figures import MountFigures, MountProcess
 from moireid.fabrication.sight import front_mm, half_board_mm, sheet_rects
-from moireid.fabrication.solids import FINE_MM, FINE_RAD, TOUCH_MM3, Body, cad_package, overlap_mm3, solid_of
+from moireid.fabrication.solids import FINE_MM, FINE_RAD, TOUCH_MM3, Body, cad_package, solid_of
 
 if TYPE_CHECKING:
     from moireid.fabrication.acrylic.contours import Contour
@@ -149,7 +149,7 @@ def check_parts(parts: Sequence[SolidPart]) -> None:
     bodies = {part.name: part.solid for part in parts}
     for k, part in enumerate(parts):
         for other in parts[:k]:
-            if (shared := overlap_mm3(bodies[part.name], bodies[other.name])) > TOUCH_MM3:
+            if (shared := float((bodies[part.name] ^ bodies[other.name]).volume())) > TOUCH_MM3:
                 raise FabricationError(
                     f"the mount's {part.name} and {other.name} share {shared:.2f} mm³, allowed is none; choose other "
                     "process figures, and report this if the defaults fail",

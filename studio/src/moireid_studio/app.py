@@ -104,9 +104,10 @@ def create_app(settings: Settings) -> FastAPI:
 
 def _gauges(studio: Studio) -> list[Gauge]:
     """What is asked for when the figures are read."""
+    ledger = studio.jobs.ledger
     return [
-        ("moireid_jobs", "Jobs by state.", "state", studio.jobs.ledger.counts),
-        ("moireid_stored_bytes", "Bytes of films that are stored.", "", lambda: {"": studio.jobs.stored_bytes()}),
+        ("moireid_jobs", "Jobs by state.", "state", ledger.counts),
+        ("moireid_stored_bytes", "Bytes of films that are stored.", "", lambda: {"": sum(ledger.stored().values())}),
         ("moireid_live_sessions", "Live checks that go on.", "", lambda: {"": studio.live_sessions.total()}),
     ]
 

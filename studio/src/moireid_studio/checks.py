@@ -9,7 +9,7 @@ import hashlib
 from collections.abc import Collection, Mapping
 from importlib import resources
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 from fastapi import Request
 from fastapi.concurrency import run_in_threadpool
@@ -19,7 +19,7 @@ from moireid.question import CheckLevel
 from moireid.verifier.limits import MIN_COVER_SHARE
 from moireid.verifier.report.circumstances import ClaimNote as Named
 from moireid_studio.auth.guard import Visitor
-from moireid_studio.jobs.claims import claim_of
+from moireid_studio.jobs.claims import note_claim
 from moireid_studio.problems import Refusal
 from moireid_studio.store.job import Job
 from moireid_studio.studio import Studio, studio_of
@@ -89,7 +89,8 @@ async def start_job(request: Request, visitor: Visitor, *, kind: str | None = No
 
 
 def submit_claim(studio: Studio, visitor: Visitor, job: Job, video: Path, given: FilmFields, *, report: bool) -> None:
-    """Let a job begin that judges a claim, or says who it is.
+    """Let a job begin that judges a claim, or says who it is, as the registry knows it now; it is asked again as the
+    film is judged.
 
     Parameters
     ----------
@@ -103,10 +104,19 @@ def submit_claim(studio: Studio, visitor: Visitor, job: Job, video: Path, given:
     Raises
     ------
     Refusal
-        Where the claim cannot be used.
+        Where the claim is none, or means no one or several people.
     """
     wish = given.model_dump(exclude={"kind"}) | {"ids": visitor.may("issuer"), "report": report}
-    _look_up(studio, job, wish)
+    if job.kind == "identify":
+        job.label, job.standing = "who it is", studio.standing()
+    elif (given.claim is None) == (given.badge is None):
+        raise Refusal(
+            422, "fields", "Say whose badge it is said to be: a name or an id as `claim`, or a badge.json as `badge`."
+        )
+    else:
+        # What it traces is kept for the workers of this process.
+        badge = note_claim(job, studio.registry, wish, studio.standing())[0].badge
+        job.label = Named(badge.name, badge.id, job.claim_source == "registry").holder
     studio.jobs.submit(job, video, wish)
 
 
@@ -123,26 +133,6 @@ def _film_fields(texts: Mapping[str, str]) -> FilmFields:
     except ValidationError as error:
         first = error.errors()[0]
         raise Refusal(422, "fields", f"{first['loc'][0]} cannot be used: {first['msg']}.") from error
-
-
-def _look_up(studio: Studio, job: Job, wish: dict[str, Any]) -> None:
-    """Whose badge a job's film is said to show, as the registry knows it now; it is asked again as the film is judged.
-
-    Raises: Refusal where the claim is none, or means no one or several people.
-    """
-    if job.kind == "identify":
-        job.label, job.standing = "who it is", studio.standing()
-        return
-    if (wish["claim"] is None) == (wish["badge"] is None):
-        raise Refusal(
-            422, "fields", "Say whose badge it is said to be: a name or an id as `claim`, or a badge.json as `badge`."
-        )
-    job.standing = studio.standing()
-    # What it traces is kept for the workers of this process.
-    found, _ = claim_of(studio.registry, wish, job.standing)
-    job.claimed_id, job.claim_source = found.badge.id, found.provenance.source
-    vouched = found.provenance.source == "registry"
-    job.label, job.barred = Named(found.badge.name, found.badge.id, vouched).holder, found.barred
 
 
 def start_sample(studio: Studio, visitor: Visitor, which: Sample) -> Job:

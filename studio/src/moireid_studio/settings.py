@@ -84,7 +84,12 @@ def default_data() -> Path:
 
 
 def listening(host: str, port: int) -> socket.socket:
-    """A socket that listens there.  Raises: OSError, OverflowError where none can."""
-    family = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0][0]
-    both = host == "::" and socket.has_dualstack_ipv6()
-    return socket.create_server((host, port), family=family, dualstack_ipv6=both)
+    """A socket that listens there.  Raises: SpecError where none can."""
+    try:
+        family = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0][0]
+        both = host == "::" and socket.has_dualstack_ipv6()
+        return socket.create_server((host, port), family=family, dualstack_ipv6=both)
+    except OSError as error:
+        raise SpecError(
+            f"nothing can listen on port {port} of {host} ({error.strerror}); choose another --port, or --host"
+        ) from error

@@ -15,14 +15,14 @@ from starlette.requests import HTTPConnection
 
 from moireid.errors import MoireIdError, RegistryError, SpecError
 from moireid.provenance import Standing
-from moireid.registry import Audit, Registry, default_url, open_registry
+from moireid.registry import Audit, Record, Registry, default_url, open_registry
 from moireid.registry.checkpoints.checkpoint import Checkpoint, read_checkpoint
 from moireid.registry.engine import read_url
 from moireid.registry.keys import keys_folder
 from moireid.registry.seen import seen_path
 from moireid_studio.auth.tokens import Tokens
 from moireid_studio.http.metrics import Metrics
-from moireid_studio.jobs.claims import PreparedJob, prepared
+from moireid_studio.jobs.claims import prepared
 from moireid_studio.jobs.cluster import Cluster
 from moireid_studio.jobs.queue import Jobs
 from moireid_studio.jobs.workers import Doer
@@ -30,7 +30,6 @@ from moireid_studio.links import Links
 from moireid_studio.problems import Refusal, plain
 from moireid_studio.settings import Settings
 from moireid_studio.store.database import database_of
-from moireid_studio.store.job import Job
 from moireid_studio.store.ledger import Ledger
 
 if TYPE_CHECKING:
@@ -77,16 +76,12 @@ class Studio:
         doer = Doer(
             Ledger(database, folder),
             settings.limits,
-            self._prepared,
+            lambda job: prepared(job, self.registry, settings.trust, lambda: self.for_children),
             registry=self.registry,
             metrics=self.metrics,
             cluster=cluster,
         )
         return Jobs(folder, doer)
-
-    def _prepared(self, job: Job) -> PreparedJob:
-        """What a job's process gets.  Raises: Refusal, RegistryError."""
-        return prepared(job, self.registry, self.settings.trust, lambda: self.for_children)
 
     @property
     def for_children(self) -> dict[str, str | None]:
@@ -122,6 +117,12 @@ class Studio:
         except RegistryError as error:
             text = self.sentence(error)
             raise Refusal(503, "registry", f"{text[:1].upper()}{text[1:]}.") from error
+
+    def record(self, badge_id: str) -> Record:
+        """The record of a badge.  Raises: Refusal 404 where there is none."""
+        if (found := self.registry.by_id(badge_id)) is None:
+            raise Refusal(404, "no_badge", "No badge of this id is in the registry.")
+        return found
 
     def sentence(self, error: Exception | str) -> str:
         """An error's sentence without the registry's place, which is not for those who come from outside, and without

@@ -13,7 +13,7 @@ import pytest
 
 from kit.places import FILMS
 from kit.streams import pictures, write_stream
-from moireid_studio.commands.watch_display import LiveLines, line_of, plain
+from moireid_studio.commands.watch_display import LiveLines, line_of
 
 BADGE = ["--badge", str(FILMS / "badge.json")]
 PROGRAM = [str(Path(sys.executable).parent / "moireid"), "watch"]
@@ -55,13 +55,12 @@ def test_an_interrupt_gives_the_verdict_so_far(film: bytes) -> None:
 
 def test_lines_for_people_are_whole_and_harmless(capsys: pytest.CaptureFixture[str]) -> None:
     """Catches: a prompt that is not shown; words of a stranger's stream that steer the terminal."""
-    assert plain("a\x1b[2J\nb\x9bc") == r"a\u001b[2J\nb\u009bc"
     prompt = {"event": "prompt", "number": 2, "of": 6, "move": "left", "text": "Move it 20 cm to your left."}
     assert line_of(prompt) == "2 of 6: Move it 20 cm to your left."
     status = {"event": "status", "verdict": "reject", "badge": True, "tracked": 3}
     show = LiveLines().show
-    for reasons in ([{"level": "fail", "text": "first\x1b[2J"}], [{"level": "fail", "text": "second"}]):
+    for reasons in ([{"level": "fail", "text": "first\x1b[2J\nb\x9bc"}], [{"level": "fail", "text": "second"}]):
         show(status | {"reasons": reasons})
     show(status | {"verdict": "accept", "reasons": []})
     lines = capsys.readouterr().err.splitlines()
-    assert [line.split("  ")[-1] for line in lines] == [r"reject: first\u001b[2J", "accept: "]
+    assert [line.split("  ")[-1] for line in lines] == [r"reject: first\u001b[2J\nb\u009bc", "accept: "]

@@ -21,7 +21,6 @@ from moireid.sandbox.process import ForkServer
 from moireid.verifier import Question, verify
 from moireid.verifier.fringes.place_map import knots_mm
 from moireid_studio.jobs import child, queue, workers
-from moireid_studio.jobs.claims import PreparedJob
 from moireid_studio.jobs.queue import Job, Jobs
 from moireid_studio.settings import Limits
 
@@ -47,7 +46,7 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..
             monkeypatch.setattr(module, "films", server)
         # Only what hangs is waited for to its end: on a busy machine others take longer than that to begin.
         limits = Limits(job_s=3.0 if work == "partial" else 100.0, stop_s=0.1)
-        made.append(jobs_of(tmp_path / work, limits, lambda _: PreparedJob()))
+        made.append(jobs_of(tmp_path / work, limits))
         made[-1].start()
         job = made[-1].admit("verify", "somebody")
         (job.folder / "film.mp4").write_bytes(b"film")

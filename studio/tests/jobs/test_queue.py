@@ -17,14 +17,13 @@ import psutil
 import pytest
 
 from kit.spoilt_films import Spoilt, Thief, hang
-from kit.webbing import OpenStudio, Visit, film_form, studio, tiny_film
+from kit.webbing import OpenStudio, Visit, film_form, studio, task_of, tiny_film
 from moireid.badge import Badge, load_badge
 from moireid.errors import SpecError
 from moireid.provenance import FROM_FILE
 from moireid.sandbox.process import sealed_here
 from moireid.verifier import Question, verify
 from moireid_studio.app import create_app
-from moireid_studio.jobs.claims import PreparedJob
 
 
 @pytest.fixture(scope="module")
@@ -46,7 +45,7 @@ def spoil(visit: Visit, act: Callable[[], object], film: Path) -> str:
     video.write_bytes(film.read_bytes())
     doer = visit.studio.jobs.doer
     usual = doer.prepare
-    doer.prepare = lambda one: PreparedJob(Spoilt(act)) if one.id == job.id else usual(one)
+    doer.prepare = lambda one: task_of(one, Spoilt(act)) if one.id == job.id else usual(one)
     visit.studio.jobs.submit(job, video)
     return job.id
 

@@ -18,7 +18,7 @@ from click.testing import CliRunner
 from distributed import KilledWorker
 
 from kit.spoilt_films import Spoilt, hang
-from kit.webbing import Visit, film_form, studio, tiny_film
+from kit.webbing import Visit, film_form, studio, task_of, tiny_film
 from moireid.badge import Badge
 from moireid.cli.main import moireid
 from moireid.errors import SpecError
@@ -26,7 +26,6 @@ from moireid.reading.answers import MalformedAnswer, malformed
 from moireid.scheduler import scheduler_client
 from moireid_studio.api.work_api import taken
 from moireid_studio.jobs.child import JobFailure
-from moireid_studio.jobs.claims import PreparedJob
 from moireid_studio.jobs.cluster import Cluster, Run
 from moireid_studio.problems import Refusal
 from moireid_studio.settings import listening
@@ -72,7 +71,7 @@ def test_a_film_that_is_removed_leaves_nothing(tmp_path: Path, ada: Badge, form:
         visit.studio.jobs.remove(visit.job(begun(visit, form)))
         waiting = begun(visit, form)
         (visit.job(waiting).folder / "film.mp4").unlink()
-        visit.studio.jobs.doer.prepare = lambda job: PreparedJob(Spoilt(hang))
+        visit.studio.jobs.doer.prepare = lambda job: task_of(job, Spoilt(hang))
         visit.studio.jobs.start()
         assert visit.wait(waiting, "verifier")["problem"]["code"] == "storage"
         at_work = begun(visit, form)

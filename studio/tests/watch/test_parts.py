@@ -19,7 +19,7 @@ from moireid.badge import Badge
 from moireid.errors import MediaError
 from moireid.question import Question
 from moireid.verifier.picture import Picture
-from moireid_studio.challenge.session import LiveCheck
+from moireid.verifier.reasons import Reason
 from moireid_studio.challenge.stream import StreamCheck
 from moireid_studio.watch import cameras
 from moireid_studio.watch.order import Patience
@@ -96,11 +96,8 @@ def test_a_file_is_read_on_until_it_grows_no_more(tmp_path: Path) -> None:
 def test_a_stream_of_which_nothing_passes_is_not_accepted(ada: Badge, monkeypatch: pytest.MonkeyPatch) -> None:
     """Catches: a stream's verdict by a rule of its own, which takes notes alone for an acceptance."""
     check = StreamCheck(Question(ada, ada.id))
-    note = {"code": "challenge", "level": "note", "measured": None, "limit": None, "unit": "", "text": "No prompts."}
-    event = {"reasons": [note], "identity": {"built": "not_known"}, "challenged": False, "overlap": None}
-    monkeypatch.setattr(LiveCheck, "finish", lambda self: dict(event))
-    report = SimpleNamespace(reasons=(), to_json=dict)
-    monkeypatch.setattr(StreamCheck, "_report", lambda self, event: report)
+    note = Reason("challenge", "note", None, None, "", "No prompts.")
+    monkeypatch.setattr(StreamCheck, "_weighed", lambda self, reasons, chapters: (note,))
     document = check.finish()
     assert (document["verdict"], document["level"]) == ("inconclusive", None)
 

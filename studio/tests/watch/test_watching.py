@@ -20,7 +20,6 @@ from moireid.json_schema import report_schema
 from moireid.provenance import Revocation
 from moireid.sandbox.seal import MEANS
 from moireid_studio.watch.order import Patience
-from moireid_studio.watch.watching import harmless
 
 
 @pytest.fixture(scope="module")
@@ -139,8 +138,3 @@ def test_somebody_may_stop_it_and_its_time_may_end(film: Path, pipe: Path) -> No
     poured(content, another, hold=hold)
     assert watched(str(another), seconds=1.0, patience=Patience(8.0, 20.0, 1.0))["end"]["why"] == "asked"
     hold.set()
-
-
-def test_an_event_s_words_steer_no_terminal() -> None:
-    """Catches: an event of a decoder that was taken over, printed as it came."""
-    assert harmless({"a": ["b\x1b[2J", 1, None]}) == {"a": ["b [2J", 1, None]}

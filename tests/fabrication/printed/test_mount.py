@@ -7,6 +7,8 @@ in the middle, and held against the STL with manifold3d.
 from __future__ import annotations
 
 import math
+import re
+import zipfile
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -181,7 +183,9 @@ def twice(mesh: Any) -> None:
 def test_damaged_mesh_is_refused(
     damage: Callable[[Any], None], complaint: str, report: MountReport, tmp_path: Path
 ) -> None:
-    expected = replace(report.bodies[0], lower_mm=(-75.3, -82.3, -1.6), upper_mm=(75.3, 92.0, 3.0))
+    expected = report.bodies[0]
+    assert expected.lower_mm == pytest.approx((-75.3, -82.3, -1.6))
+    assert expected.upper_mm == pytest.approx((75.3, 92.0, 3.0))
     solids.check_stl(report.stls[0], expected)
     mesh = trimesh.load_mesh(report.stls[0])
     damage(mesh)
@@ -278,6 +282,14 @@ def in_use(report: MountReport) -> list[Any]:
 
 
 # The 3MF file, read here by the standard library alone.
+
+
+def test_each_body_of_the_3mf_file_has_its_colour(held: dict[str, MountReport]) -> None:
+    """Catches: a clip in the tray's colour, and colours in another order than the bodies."""
+    with zipfile.ZipFile(held["clip"].stls[0].with_name("mount.3mf")) as archive:
+        model = archive.read("3D/3dmodel.model").decode()
+    assert re.findall(r'displaycolor="(#\w+)"', model) == ["#3C414BFF", "#C85A32FF"]
+    assert re.findall(r'<object [^>]*pindex="(\d)"', model) == ["0", "1"]
 
 
 def test_clip_goes_in_from_behind_and_the_bar_rests_in_its_hook(held: dict[str, MountReport]) -> None:

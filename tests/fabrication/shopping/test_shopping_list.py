@@ -32,8 +32,8 @@ def card() -> Badge:
     return design_badge(Order("A", format="cr80", range_m=(0.3, 0.6)), bytes(8))
 
 
-def listed(badge: Badge, parts: Parts, people: int, form: str | None = "cr80", spare: float = 0.05) -> ShoppingList:
-    return shopping_list(badge, parts, people, (210.0, 297.0), form=form, spare_share=spare)
+def listed(badge: Badge, parts: Parts, people: int, form: str | None = "cr80") -> ShoppingList:
+    return shopping_list(badge, parts, people, (210.0, 297.0), form=form)
 
 
 def amounts(found: ShoppingList) -> dict[str, int]:
@@ -56,7 +56,6 @@ def test_quantities_follow_from_the_badge_and_the_people(card: Badge) -> None:
         "lanyard": 42,
     }
     assert "75 LPI" in found.lines[0].what and "18 mil" in found.lines[0].what
-    assert amounts(listed(card, WITHOUT, 40, spare=0.0))["holder"] == 40
     for people in (0, -3, 10_001):
         with pytest.raises(SpecError, match="people are not possible"):
             listed(card, WITHOUT, people)
@@ -89,8 +88,7 @@ def test_a_printed_mount_has_its_hours_and_grams(card: Badge) -> None:
 
 def test_the_spare_share_is_rounded_up_and_exact() -> None:
     """Catches: a spare that is lost in rounding, or one too many because a share in decimals is a little more."""
-    assert [with_spare(count, 0.05) for count in (1, 20, 21, 40, 100)] == [2, 21, 23, 42, 105]
-    assert with_spare(7, 0.0) == 7 and with_spare(100, 0.07) == 107
+    assert [with_spare(count) for count in (1, 20, 21, 40, 100)] == [2, 21, 23, 42, 105]
 
 
 def test_a_mask_takes_film_and_spacers() -> None:
@@ -106,7 +104,7 @@ def test_an_acrylic_stack_lists_its_parts_and_screws() -> None:
     badge = design_badge(Order("A", format="a6", lens="40lpi-2mm", range_m=(0.4, 1.0)), bytes(8))
     parts = replace(plan_parts(badge, "lanyard"), printed="none")
     assert parts.acrylic is not None
-    found = shopping_list(badge, parts, 10, (297.0, 210.0), form="a6", spare_share=0.05)
+    found = shopping_list(badge, parts, 10, (297.0, 210.0), form="a6")
     wanted: dict[str, int] = {"screws": 11 * len(parts.acrylic.screws)}
     for plate in parts.acrylic.plates:
         key = f"acrylic-{plate.thickness_mm:g}mm"

@@ -41,6 +41,9 @@ README = (
     ("reality", "forged"),
     ("kept", "forged"),
     ("live", "replay"),
+    ("morphed", "forged"),
+    ("laid-over", "forged"),
+    ("replayed", "forged"),
 )
 _PLACE = re.compile(r"(<!-- scoreboard: ([\w -]+) -->\n).*?(<!-- end -->)", re.DOTALL)
 Entry = dict[str, Any]

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from moireid.cli.common import (
-    FiniteRange,
     FolderPath,
     echo,
     friendly,
@@ -53,15 +52,6 @@ WIDE = 100
     help="What holds the badges: a printed mount, one cut from acrylic, or with none, a holder that is bought.",
 )
 @click.option(
-    "--spare",
-    "spare_percent",
-    type=FiniteRange(0, 100),
-    default=5.0,
-    show_default=True,
-    metavar="PERCENT",
-    help="So much more of everything that is bought.",
-)
-@click.option(
     "--sheet-size",
     "sheet_mm",
     type=SIZE,
@@ -80,7 +70,6 @@ def materials_command(
     paper: str,
     lens: str | None,
     mount: str | None,
-    spare_percent: float,
     sheet_mm: tuple[float, float] | None,
     folder: Path | None,
     overwrite: bool,
@@ -110,7 +99,7 @@ def materials_command(
 
     badge = load_badge(badge_file) if badge_file is not None else usual_badge(format_name or "", lens, paper)
     count = 1 if people is None else people
-    found = list_for(badge, count, mount=mount, spare_share=spare_percent / 100, sheet_mm=sheet_mm)
+    found = list_for(badge, count, mount=mount, sheet_mm=sheet_mm)
     found = replace(found, notes=tuple(map(in_options, found.notes)))
     files: dict[str, Path] = {}
     if folder is not None:

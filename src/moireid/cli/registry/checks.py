@@ -121,7 +121,6 @@ def registry_checkpoint(registry: Registry, path: Path, earlier: Path | None, ov
     "--days",
     type=FiniteRange(0.01, 400),
     default=7.0,
-    show_default=True,
     metavar="NUMBER",
     help="After so many days it counts no more: so long a revocation may stay unknown to those who fetch it.",
 )

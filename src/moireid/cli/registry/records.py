@@ -171,7 +171,6 @@ def registry_forget(fingerprint: str, as_json: bool) -> None:
     "--limit",
     type=click.IntRange(1),
     default=50,
-    show_default=True,
     metavar="NUMBER",
     help="How many entries at most, the newest first.",
 )

@@ -110,7 +110,6 @@ GROUPS = {
     "--pipeline",
     type=click.Choice(["moireid", "published"]),
     default="moireid",
-    show_default=True,
     help="Our method, or the published one (Qing et al. 2026) for comparison: correlation only, and no identity.",
 )
 @level_option

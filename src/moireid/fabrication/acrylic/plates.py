@@ -18,6 +18,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import partial
 
 from moireid.badge import Badge, Point, Rect
 from moireid.errors import FabricationError
@@ -82,9 +83,8 @@ class AcrylicPlan:
     base, frames, cover: the plates, of which several make a frame that one does not; lips: the film between frames and
     cover; layers, pad_mm: how many layers of card are below the page, and their thickness together; sheets: each lens
     sheet's rectangle; page: the board's; card_mm and sheet_top: the page's thickness and the lenses' height;
-    clearance_mm: at each register edge; twist_deg: the most that page and lens can turn against each other within it;
-    squeeze_mm: how far the sheet is above the frame; screws: places of the M3 screws; screw_mm: their least length
-    below the head.
+    clearance_mm: at each register edge; squeeze_mm: how far the sheet is above the frame; screws: places of the M3
+    screws; screw_mm: their least length below the head.
     """
 
     base: Plate
@@ -98,7 +98,6 @@ class AcrylicPlan:
     card_mm: float
     sheet_top: float
     clearance_mm: float
-    twist_deg: float
     squeeze_mm: float
     screws: tuple[Point, ...]
     screw_mm: float
@@ -123,6 +122,7 @@ class AcrylicPlan:
 def plan_acrylic(badge: Badge, process: AcrylicProcess | None = None) -> AcrylicPlan:
     """The acrylic stack of a badge, checked: register, grip, view and the land between cuts.
 
+    Its cover is set back from the board's edge by the least that hides nothing.
     Raises: FabricationError with what, got, allowed and the next step.
     """
     process = process or AcrylicProcess()
@@ -131,12 +131,46 @@ def plan_acrylic(badge: Badge, process: AcrylicProcess | None = None) -> Acrylic
     # An adhesive lies on the card, and the sheet on it.
     card_mm = process.card_mm + process.adhesive_mm
     sheet_top = card_mm + front_mm(badge, process.film_mm)
-    count, frame_mm, layers = _frame(card_mm, sheet_top, process.card_mm)
-    pad_mm = layers * process.card_mm
+    frame = _frame(card_mm, sheet_top, process.card_mm)
     clearance = _clearance_mm(spans, 2 * half_y, process)
+    find_fault = partial(
+        sight_fault,
+        badge,
+        card_top=process.card_mm,
+        sheet_top=sheet_top,
+        play_mm=clearance,
+        advice="take a smaller lip_reach_mm (mount_mm)",
+    )
+    inner, outer = half_x - process.lip_reach_mm, half_x + clearance
+    lips = [rect for low, high in spans for rect in ((inner, low, outer, high), (-outer, low, -inner, high))]
+    if (fault := find_fault([Obstacle("film's lip", rect, sheet_top + process.lips_mm) for rect in lips])) is not None:
+        raise _thinner_front(badge, fault)
+    least, most = SETBACK_MM
+    for k in range(math.ceil((most - least) / SETBACK_STEP_MM) + 1):
+        plan = _stack(badge, process, frame, sheet_top, clearance, least + k * SETBACK_STEP_MM)
+        if (fault := find_fault(_before_board(plan))) is None:
+            return plan
+    assert fault is not None
+    raise fault
+
+
+def _stack(
+    badge: Badge,
+    process: AcrylicProcess,
+    frame: tuple[int, float, int],
+    sheet_top: float,
+    clearance: float,
+    setback: float,
+) -> AcrylicPlan:
+    """The stack whose cover is set back by so much.
+
+    Parameters: frame: as `_frame` gives it; sheet_top: the lenses' height; clearance: at each register edge, mm.
+    Raises: FabricationError where the holes are too small for the screws.
+    """
+    half_x, half_y = half_board_mm(badge)
+    count, frame_mm, layers = frame
+    pad_mm = layers * process.card_mm
     reach_x, reach_y = half_x + clearance, half_y + clearance
-    window = _rectangle(reach_x, reach_y)
-    setback = _setback_mm(badge, process, clearance, sheet_top)
     rim = _rim_mm(process, setback - clearance)
     outline = _rectangle(reach_x + rim, reach_y + rim, OUTER_RADIUS_MM)
     middle = (setback + clearance + rim) / 2
@@ -148,11 +182,12 @@ def plan_acrylic(badge: Badge, process: AcrylicProcess | None = None) -> Acrylic
     slots = (-width / 4, width / 4) if width >= 2 * SLOT_MM[0] + 60.0 else (0.0,) if width >= SLOT_MM[0] + 60.0 else ()
     holes += tuple(_rectangle(slot_x, slot_y, slot_y, (x, half_y + middle)) for x in slots)
     base = Plate("base", process.base_mm, -pad_mm - process.base_mm, outline, holes)
+    window = _rectangle(reach_x, reach_y)
     frames = tuple(
         Plate(f"frame-{k + 1}" if k else "frame", frame_mm, k * frame_mm - pad_mm, outline, (window, *holes))
         for k in range(count)
     )
-    opening = _lips_opening(half_x - process.lip_reach_mm, reach_x, reach_y, spans)
+    opening = _lips_opening(half_x - process.lip_reach_mm, reach_x, reach_y, sheet_spans(badge))
     lips = Plate("lips", process.lips_mm, sheet_top, outline, (opening, *holes))
     cover_window = _rectangle(half_x + setback, half_y + setback, CORNER_MM)
     cover = Plate("cover", STOCK_MM[0], sheet_top + process.lips_mm, outline, (cover_window, *holes))
@@ -165,14 +200,26 @@ def plan_acrylic(badge: Badge, process: AcrylicProcess | None = None) -> Acrylic
         pad_mm=pad_mm,
         page=(-half_x, -half_y, half_x, half_y),
         sheets=sheet_rects(badge),
-        card_mm=card_mm,
+        card_mm=process.card_mm + process.adhesive_mm,
         sheet_top=sheet_top,
         clearance_mm=clearance,
-        twist_deg=_twist_deg(clearance, spans, 2 * half_y),
         squeeze_mm=sheet_top + pad_mm - count * frame_mm,
         screws=screws,
         screw_mm=process.base_mm + pad_mm + sheet_top + process.lips_mm + STOCK_MM[0] + NUT_MM,
     )
+
+
+def _before_board(plan: AcrylicPlan) -> list[Obstacle]:
+    """The cover round its window, and the screws' heads on it."""
+    out_x, out_y = plan.cover.outline.bounds[2:]
+    x, y = plan.cover.openings[0].bounds[2:]
+    top, head = plan.cover.low_mm + plan.cover.thickness_mm, HEAD_MM / 2
+    sides = [(-out_x, -out_y, -x, out_y), (x, -out_y, out_x, out_y), (-x, y, x, out_y), (-x, -out_y, x, -y)]
+    heads = [(x - head, y - head, x + head, y + head) for x, y in plan.screws]
+    return [
+        *(Obstacle("cover", side, top) for side in sides),
+        *(Obstacle("screw", rect, top + HEAD_HIGH_MM) for rect in heads),
+    ]
 
 
 def _rectangle(half_x: float, half_y: float, radius: float = 0.0, at: Point = (0.0, 0.0)) -> Contour:
@@ -276,58 +323,12 @@ def _rim_mm(process: AcrylicProcess, inside_mm: float) -> float:
     return max(process.rim_mm, inside_mm + widest + 2 * LEAST_LAND_MM)
 
 
-def _setback_mm(badge: Badge, process: AcrylicProcess, clearance: float, sheet_top: float) -> float:
-    """How far the cover is behind the board's edge: the least that hides nothing.
-
-    Raises: FabricationError where a lip hides something, or the cover does at any setback.
-    """
-    half_x, half_y = half_board_mm(badge)
-    lips_top = sheet_top + process.lips_mm
-    inner, outer = half_x - process.lip_reach_mm, half_x + clearance
-    found = [
-        Obstacle("film's lip", rect, lips_top)
-        for low, high in sheet_spans(badge)
-        for rect in ((inner, low, outer, high), (-outer, low, -inner, high))
-    ]
-    if (fault := _fault(badge, process, found, clearance, sheet_top)) is not None:
-        over_mm = float(str(fault.details.get("over_mm", math.inf)))
-        most_mm = math.floor((badge.lens.thickness_mm - over_mm) * 20) / 20 if math.isfinite(over_mm) else 0.0
-        if most_mm <= 0:
-            raise fault
-        raise FabricationError(
-            f"{str(fault).partition(';')[0]}; give a {front_word(badge)} of {most_mm:g} mm or less", **fault.details
-        )
-    least, most = SETBACK_MM
-    steps = math.ceil((most - least) / SETBACK_STEP_MM)
-    for setback in (least + k * SETBACK_STEP_MM for k in range(steps + 1)):
-        rim = _rim_mm(process, setback - clearance)
-        found = _ring((half_x + setback, half_y + setback), 2 * most + rim, lips_top + STOCK_MM[0])
-        middle, head = (setback + clearance + rim) / 2, HEAD_MM / 2
-        for x, y in _screws(half_x + middle, half_y + middle):
-            top = lips_top + STOCK_MM[0] + HEAD_HIGH_MM
-            found.append(Obstacle("screw", (x - head, y - head, x + head, y + head), top))
-        if (fault := _fault(badge, process, found, clearance, sheet_top)) is None:
-            return setback
-    assert fault is not None
-    raise fault
-
-
-def _fault(
-    badge: Badge, process: AcrylicProcess, obstacles: list[Obstacle], clearance: float, sheet_top: float
-) -> FabricationError | None:
-    return sight_fault(
-        badge,
-        obstacles,
-        card_top=process.card_mm,
-        sheet_top=sheet_top,
-        play_mm=clearance,
-        advice="take a smaller lip_reach_mm (mount_mm)",
+def _thinner_front(badge: Badge, fault: FabricationError) -> FabricationError:
+    """The fault of a film's lip that hides something, with the sheet under which it would not, if there is any."""
+    over_mm = float(str(fault.details.get("over_mm", math.inf)))
+    most_mm = math.floor((badge.lens.thickness_mm - over_mm) * 20) / 20 if math.isfinite(over_mm) else 0.0
+    if most_mm <= 0:
+        return fault
+    return FabricationError(
+        f"{str(fault).partition(';')[0]}; give a {front_word(badge)} of {most_mm:g} mm or less", **fault.details
     )
-
-
-def _ring(inner: Point, wide: float, top: float) -> list[Obstacle]:
-    """The cover round its window, whose half width and height are given."""
-    x, y = inner
-    out_x, out_y = x + wide, y + wide
-    sides = [(-out_x, -out_y, -x, out_y), (x, -out_y, out_x, out_y), (-x, y, x, out_y), (-x, -out_y, x, -y)]
-    return [Obstacle("cover", side, top) for side in sides]

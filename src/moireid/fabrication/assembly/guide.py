@@ -11,12 +11,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 from xml.sax.saxutils import escape
 
-import numpy as np
-
 from moireid.badge import Badge, Point, Rect
 from moireid.fabrication.assembly import assembly_words
 from moireid.fabrication.assembly.assembly_words import BuildPlan, Step
-from moireid.fabrication.assembly.exploded import Part, Piece, draw_exploded, plain_parts
+from moireid.fabrication.assembly.exploded import Part, Piece, box_loop, draw_exploded, plain_parts
+from moireid.fabrication.assembly.sketches import stripes
 from moireid.fabrication.page.canvas import BOLD, POINTS_PER_MM, REGULAR, RIM_MM, PdfPage
 from moireid.fabrication.page.lettering import set_name
 from moireid.fabrication.page.pdf import draw_crop_marks
@@ -213,16 +212,15 @@ def _draw_piece(sheet: PdfPage, name: str, rect: Rect) -> None:
     """A piece's outline, its lenses sketched, and its name."""
     left, top, right, low = rect
     # Lenses part the width evenly, about `LENSES_MM` apart.
-    for x in np.linspace(left, right, max(2, int((right - left) / LENSES_MM)) + 1)[1:-1].tolist():
-        sheet.path([(x, top), (x, low)], None, 0.8, closed=False)
-    sheet.path([(left, low), (right, low), (right, top), (left, top)], None, 0.0, dash_mm=2.0)
+    stripes(sheet, box_loop(rect), LENSES_MM, 0.8)
+    sheet.path(box_loop((left, low, right, top)), None, 0.0, dash_mm=2.0)
     # The sheet hides its outline, and so the marks are beyond it.
     draw_crop_marks(sheet, rect, None, TICK_MM)
     words = f"{name}, {right - left:.1f} × {low - top:.1f} mm"
     x, y = (left + right) / 2, (top + low) / 2
     half = sheet.text_width_mm(words, 10) / 2 + 2
     if half * 2 < right - left:
-        sheet.path([(x - half, y - 6), (x + half, y - 6), (x + half, y + 3), (x - half, y + 3)], 1.0, None)
+        sheet.path(box_loop((x - half, y - 6, x + half, y + 3)), 1.0, None)
         sheet.text(x, y, words, points=10)
     else:
         sheet.text(left + 1, low + 5, words, points=8, align="left")

@@ -67,6 +67,8 @@ def _draw_grating(picture: NDArray[np.uint8], badge: Badge, grating: Grating) ->
     """Draw one grating's fringes: each pixel whose middle lies in a cell takes that cell's brightness there."""
     frame, board, lens = badge.frame_of(grating), badge.outline_mm, badge.lens
     middle = float(frame.places(((board[0] + board[2]) / 2, (board[1] + board[3]) / 2))[0])
+    # A mask lets light through its openings alone.
+    open_share = lens.open_fraction if lens.kind == "mask" and lens.open_fraction else 1.0
     parts = (replace(grating.cells[0], rect_mm=grating.rect_mm),) if is_smooth(grating) else grating.cells
     for cell in parts:
         own = own_rect(grating.axis, cell.rect_mm)
@@ -80,7 +82,7 @@ def _draw_grating(picture: NDArray[np.uint8], badge: Badge, grating: Grating) ->
             seen = smooth_light(lines, grating, [ray[sample] for ray in few.T])
         else:
             seen = ((axes + rays - cell.edge_mm) / cell.pitch_mm % 1.0 >= cell.duty).mean(axis=1)[sample]
-        picture[within] = INK + (PAPER - INK) * _open_share(lens) * seen
+        picture[within] = INK + (PAPER - INK) * open_share * seen
 
 
 def _pixels_within(
@@ -124,11 +126,6 @@ def smooth_light(lines: tuple[Array, Array], grating: Grating, rays: Sequence[Ar
         place -= np.floor(place)
         lit += place >= duty
     return lit / len(rays)
-
-
-def _open_share(lens: Lens) -> float:
-    """Share of the light that a front lets through: of a mask, its openings."""
-    return lens.open_fraction if lens.kind == "mask" and lens.open_fraction else 1.0
 
 
 @lru_cache(maxsize=64)

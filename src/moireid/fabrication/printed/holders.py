@@ -170,19 +170,15 @@ def in_use(b3d: Any, holder: HolderBody, plan: TrayPlan) -> Any:
     return b3d.Plane(origin=(holder.width_mm / 2, plan.bottom, 0), x_dir=forward, z_dir=(-1, 0, 0)).location
 
 
-def as_printed(b3d: Any, holder: HolderBody, plan: TrayPlan, process: MountProcess) -> tuple[Any, Any, Any]:
-    """Where the holder lies on the printer's bed, next to the tray: a Location, and the corners of its bounding box."""
-    low_along, low_up = (min(values) for values in zip(*holder.profile, strict=True))
-    along, up = holder.size_mm
-    x, bed = plan.out_x + 8.0, -process.back_mm
-    if holder.name == "clip":
-        # On its side: no overhang, and the layers run along the spring.
-        where = b3d.Plane(origin=(x + up + low_up, plan.bottom - low_along, bed), x_dir=(0, 1, 0), z_dir=(0, 0, 1))
-        return where.location, (x, plan.bottom, bed), (x + up, plan.bottom + along, bed + holder.width_mm)
-    # On its foot, as on the table.
-    origin = (x, plan.bottom - low_along, bed - low_up)
-    where = b3d.Plane(origin=origin, x_dir=(0, 1, 0), z_dir=(1, 0, 0))
-    return where.location, (x, plan.bottom, bed), (x + holder.width_mm, plan.bottom + along, bed + up)
+def as_printed(b3d: Any, holder: HolderBody, shape: Any, plan: TrayPlan, process: MountProcess) -> Any:
+    """A holder, as shaped, as it lies on the printer's bed next to the tray.
+
+    A clip lies on its side: no overhang, and the layers run along the spring; a stand is on its foot, as on the table.
+    """
+    drawn_out = (0, 0, 1) if holder.name == "clip" else (1, 0, 0)
+    lying = shape.moved(b3d.Plane((0, 0, 0), x_dir=(0, 1, 0), z_dir=drawn_out).location)
+    corner = b3d.Vector(plan.out_x + 8.0, plan.bottom, -process.back_mm)
+    return lying.moved(b3d.Location(corner - lying.bounding_box().min))
 
 
 def _front_wall_mm(badge: Badge, plan: TrayPlan, process: MountProcess, width: float, top: float) -> float:

@@ -86,12 +86,12 @@ def mount_bodies(
     tray, holder = plan or plan_mount(badge, kind, process)
     b3d = cad_package("build123d")
     try:
-        lower = (-tray.out_x, tray.bottom, -process.back_mm)
-        upper = (tray.out_x, tray.tab_top, tray.lip_top)
         shape = shape_tray(b3d, tray, process)
-        bodies = [Body("tray", shape, shape, float(shape.volume), lower, upper)]
+        bodies = [Body("tray", shape, shape)]
         if holder:
-            bodies.append(_holder_body(b3d, holder, tray, process))
+            shape = shape_holder(b3d, holder)
+            on_bed = as_printed(b3d, holder, shape, tray, process)
+            bodies.append(Body(holder.name, on_bed, shape.moved(in_use(b3d, holder, tray))))
     except (ValueError, RuntimeError) as error:
         raise FabricationError(f"no mount can be shaped of {process} ({error}); go back to the defaults") from error
     return tuple(bodies)
@@ -119,18 +119,11 @@ def write_mount(
         export_stl(body.on_bed, path)
         meshes.append(check_stl(path, body))
         check_overhangs(meshes[-1], body.name)
-    colours = [COLOURS[kind_of(body.name)] for body in bodies]
-    export_3mf(list(zip([body.name for body in bodies], meshes, colours, strict=True)), three_mf)
-    check_3mf(three_mf, bodies, colours)
+    named = [(body.name, mesh, COLOURS[kind_of(body.name)]) for body, mesh in zip(bodies, meshes, strict=True)]
+    export_3mf(named, three_mf)
+    check_3mf(three_mf, bodies)
     _check_bodies(bodies, meshes, tray, process)
     return MountReport(stls, sum(body.volume_mm3 for body in bodies) * PLA_G_PER_MM3, bodies)
-
-
-def _holder_body(b3d: Any, holder: HolderBody, plan: TrayPlan, process: MountProcess) -> Body:
-    shape = shape_holder(b3d, holder)
-    location, lower, upper = as_printed(b3d, holder, plan, process)
-    used = shape.moved(in_use(b3d, holder, plan))
-    return Body(holder.name, shape.moved(location), used, float(shape.volume), lower, upper)
 
 
 def _check_bed(name: str, *sides_mm: float) -> None:

@@ -7,8 +7,8 @@ lower or left edge.  A sheet that does not fit the paper at true size is drawn s
 from __future__ import annotations
 
 import csv
-import io
 from collections.abc import Sequence
+from dataclasses import astuple
 from itertools import accumulate
 from pathlib import Path
 
@@ -57,20 +57,13 @@ def write_shopping(
     names = [LIST_CSV] + [PLAN_PDF] * (found.cutting is not None)
     with made_aside(folder, names, (), {}, overwrite=overwrite, kept=kept, before_moving=None) as aside:
         # A byte order mark, by which spreadsheets know UTF-8.
-        (aside / LIST_CSV).write_text(list_csv(found), encoding="utf-8-sig", newline="")
+        with (aside / LIST_CSV).open("w", encoding="utf-8-sig", newline="") as file:
+            writer = csv.writer(file, lineterminator="\n")
+            writer.writerow(("key", "what", "quantity", "unit", "note", "source", "not_stated"))
+            writer.writerows(astuple(line) for line in found.lines)
         if found.cutting is not None:
             _write_plan(found.cutting, aside / PLAN_PDF)
     return {name: folder / name for name in names}
-
-
-def list_csv(found: ShoppingList) -> str:
-    """The list as CSV text, a row a line."""
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(("key", "what", "quantity", "unit", "note", "source", "not_stated"))
-    for line in found.lines:
-        writer.writerow((line.key, line.what, line.quantity, line.unit, line.note, line.source, line.unstated))
-    return out.getvalue()
 
 
 def _write_plan(plan: CuttingPlan, path: Path) -> None:

@@ -30,6 +30,8 @@ from moireid.profiles import find_dpi
 from moireid.sheets import MM_PER_INCH, PRODUCTS
 
 MOST_PEOPLE = 10_000
+#: Of everything that is bought, so much more.
+SPARE_SHARE = 0.05
 MOUNT_TIMES = Path(__file__).with_name("mount_times.csv")
 #: A slicer's words for a time, such as "1h 3m 4s", in hours.
 HOURS = {"h": 1.0, "m": 1 / 60, "s": 1 / 3600}
@@ -71,7 +73,7 @@ class ShoppingList:
 
 
 def shopping_list(
-    badge: Badge, parts: Parts, people: int, sheet_mm: tuple[float, float], *, form: str | None, spare_share: float
+    badge: Badge, parts: Parts, people: int, sheet_mm: tuple[float, float], *, form: str | None
 ) -> ShoppingList:
     """What to buy for so many badges alike.
 
@@ -87,8 +89,6 @@ def shopping_list(
         Sides of a lens sheet across and along its lenses, mm.
     form : str or None
         Name of the badge's format; None for another size.
-    spare_share : float
-        Of everything that is bought, so much more.
 
     Returns
     -------
@@ -104,11 +104,11 @@ def shopping_list(
     """
     if not 1 <= people <= MOST_PEOPLE:
         raise SpecError(f"{people} people are not possible; give 1 to {MOST_PEOPLE}")
-    count = with_spare(people, spare_share)
+    count = with_spare(people)
     pieces = lens_pieces(badge, count)
     cutting = None if badge.lens.kind == "mask" else plan_cutting(pieces, sheet_mm)
     lines = _mask_lines(badge, pieces, count) if cutting is None else _sheet_lines(badge, cutting)
-    lines.append(_paper_line(badge, people, spare_share))
+    lines.append(_paper_line(badge, people))
     notes = []
     if parts.acrylic is not None:
         stack = parts.acrylic
@@ -136,13 +136,13 @@ def shopping_list(
         lines.append(_line("lanyard", _only("lanyard").words, count, "lanyards", note, _only("lanyard")))
     x0, y0, x1, y1 = badge.outline_mm
     title = f"{people:,} {'badge' if people == 1 else 'badges'} of {x1 - x0:g} x {y1 - y0:g} mm"
-    title += f"{f' ({form})' if form else ''}, with {100 * spare_share:g} % of everything to spare."
+    title += f"{f' ({form})' if form else ''}, with {100 * SPARE_SHARE:g} % of everything to spare."
     return ShoppingList(title, tuple(lines), cutting, tuple(notes))
 
 
-def with_spare(count: int, spare_share: float) -> int:
+def with_spare(count: int) -> int:
     """A number with the spare share on top, rounded up; a billionth more is no reason for another."""
-    return count + math.ceil(count * spare_share - 1e-9)
+    return count + math.ceil(count * SPARE_SHARE - 1e-9)
 
 
 def lens_pieces(badge: Badge, count: int) -> tuple[Pieces, ...]:
@@ -204,14 +204,14 @@ def _mask_lines(badge: Badge, pieces: tuple[Pieces, ...], count: int) -> list[Li
     return [_line("film", film.words, count, "sheets", f"the mask; print {film.settings}", film), *spacers]
 
 
-def _paper_line(badge: Badge, people: int, spare_share: float) -> ListLine:
+def _paper_line(badge: Badge, people: int) -> ListLine:
     """The printed cards."""
     layout, paper = lay_out_sheets(badge), _only("paper")
     to_a_page = len(layout.places_mm)
     boards = "1 badge" if to_a_page == 1 else f"{to_a_page} badges"
     boards += " on a page" + ", and a page of pitch bands" * layout.bands_apart
     note = f"{boards}; print at {paper.settings}, {find_dpi(badge)} dpi"
-    pages = with_spare(layout.pages(people), spare_share)
+    pages = with_spare(layout.pages(people))
     return _line("paper", f"{paper.words}, {paper_name(badge)}", pages, "pages", note, paper)
 
 

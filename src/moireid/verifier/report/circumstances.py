@@ -63,19 +63,15 @@ def read_id(document: Mapping[str, Any]) -> object:
     return document.get("found_id") or (document.get("identity") or {}).get("decoded_id")
 
 
-def day(moment: str | datetime, now: datetime) -> str:
+def day(moment: str, now: datetime) -> str:
     """A date in words, such as 3 May; with its year if that is not the present one.
 
-    Parameters: moment: a time, or its ISO 8601 text.  Any other text is returned as it is.
+    Parameters: moment: a time in ISO 8601.  Any other text is returned as it is.
     """
-    if isinstance(moment, str):
-        try:
-            when = datetime.fromisoformat(moment)
-        except ValueError:
-            return moment
-    else:
-        when = moment
-    own = when.astimezone(UTC)
+    try:
+        own = datetime.fromisoformat(moment).astimezone(UTC)
+    except ValueError:
+        return moment
     year = "" if own.year == now.astimezone(UTC).year else f" {own.year}"
     return f"{own.day} {MONTHS[own.month - 1]}{year}"
 

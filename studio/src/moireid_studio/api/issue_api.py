@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
+from dataclasses import asdict, replace
 from typing import Annotated, Any, Literal
 
 from fastapi import APIRouter, Path, Request
@@ -91,15 +91,7 @@ def check(request: Request, order: VisitorOrder, visitor: Issuer) -> CheckAnswer
     studio = studio_of(request)
     with at_hand(pictures_of(studio, order, visitor)) as files:
         found = checked(order, studio.registry, files)
-    links = [
-        LinkPoint(
-            distance_m=metres,
-            cell_px=link.cell_px,
-            phase_error_rad=link.phase_error_rad,
-            decode_probability=link.decode_probability,
-        )
-        for metres, link in found.links
-    ]
+    links = [LinkPoint(distance_m=metres, **asdict(link)) for metres, link in found.links]
     return CheckAnswer(
         id=found.plan.badge.id or "",
         name=found.plan.badge.name,
@@ -183,9 +175,7 @@ def one_file(
 async def capture(request: Request, badge_id: BadgeId, visitor: Issuer) -> JobStatus:
     """Measure a badge as built from a film of it: a job, whose end offers the figures; they are not kept yet."""
     studio = studio_of(request)
-    record = await run_in_threadpool(studio.registry.by_id, badge_id)
-    if record is None:
-        raise Refusal(404, "no_badge", "No badge of this id is in the registry.")
+    record = await run_in_threadpool(studio.record, badge_id)
     async with studio.jobs.coming("capture", visitor.id, visitor.role) as begun:
         sent = await received(studio, request, begun, ())
         if sent.video is None:

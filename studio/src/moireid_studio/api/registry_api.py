@@ -11,7 +11,7 @@ from pydantic import BaseModel, Field
 
 from moireid_studio.auth.guard import Visitor, require
 from moireid_studio.forms import ShortRoute
-from moireid_studio.problems import Refusal, problem_responses
+from moireid_studio.problems import problem_responses
 from moireid_studio.studio import studio_of
 
 router = APIRouter(prefix="/api/registry", route_class=ShortRoute)
@@ -107,14 +107,12 @@ def search(
 @router.get("/{badge_id}", responses=problem_responses(401, 403, 404, 422))
 def show(request: Request, badge_id: BadgeId, visitor: Reader) -> RecordDetail:
     """The record of one badge, by id."""
-    registry = studio_of(request).registry
-    record = registry.by_id(badge_id)
-    if record is None:
-        raise Refusal(404, "no_badge", "No badge of this id is in the registry.")
+    studio = studio_of(request)
+    record = studio.record(badge_id)
     whole = visitor.may("issuer")
     return RecordDetail(
         **record.summary(),
-        fingerprint=registry.fingerprint,
+        fingerprint=studio.registry.fingerprint,
         badge=json.loads(record.badge.to_json()) if whole else None,
         as_built_at=record.as_built_at,
         as_built=json.loads(record.as_built) if whole and record.as_built else None,
@@ -124,10 +122,9 @@ def show(request: Request, badge_id: BadgeId, visitor: Reader) -> RecordDetail:
 @router.post("/{badge_id}/revoke", responses=problem_responses(400, 401, 403, 404, 408, 413, 422))
 def revoke(request: Request, badge_id: BadgeId, why: Reason, visitor: Issuer) -> RecordSummary:
     """Revoke a badge for good."""
-    registry = studio_of(request).registry
-    if registry.by_id(badge_id) is None:
-        raise Refusal(404, "no_badge", "No badge of this id is in the registry.")
-    return RecordSummary(**registry.by(visitor.actor).revoke(badge_id, why.reason).summary())
+    studio = studio_of(request)
+    studio.record(badge_id)
+    return RecordSummary(**studio.registry.by(visitor.actor).revoke(badge_id, why.reason).summary())
 
 
 @router.post("/audit", responses=problem_responses(400, 401, 403, 408, 413, 422, 503))

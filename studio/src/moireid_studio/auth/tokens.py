@@ -11,8 +11,7 @@ token: signing out ends that session, so what was in its cookie opens nothing an
 from __future__ import annotations
 
 import secrets
-from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import closing
 from dataclasses import dataclass
 from datetime import timedelta
 from pathlib import Path
@@ -166,16 +165,11 @@ class Tokens:
         return _token(rows[0]) if rows else None
 
 
-@contextmanager
-def open_tokens(folder: Path | None, state: str | None = None) -> Iterator[Tokens]:
+def open_tokens(folder: Path | None, state: str | None = None) -> closing[Tokens]:
     """The tokens in a studio's folder, the default one for None; or in a database of PostgreSQL."""
     from moireid_studio.settings import default_data
 
-    found = Tokens(folder or default_data(), state)
-    try:
-        yield found
-    finally:
-        found.close()
+    return closing(Tokens(folder or default_data(), state))
 
 
 def _token(row: dict[str, Any]) -> Token:

@@ -76,7 +76,7 @@ class BoundedClock:
         return self.late / max(self.late + self.taken, 1)
 
 
-class StreamClock:
+class StreamClock(BoundedClock):
     """Times of frames as a film or a stream gives them, where no prompts can be answered.
 
     Such pictures come faster than they were taken, or in pieces of some seconds, so that their arrival means nothing.
@@ -84,21 +84,13 @@ class StreamClock:
 
     checked = False
 
-    def __init__(self) -> None:
-        self.late = self.taken = 0
-
     def place(self, claimed_s: float, arrival_s: float) -> float | None:
-        """The claimed time, s; None where it is none.  Parameters: as `BoundedClock.place`."""
-        if not math.isfinite(claimed_s):
-            self.late += 1
-            return None
-        self.taken += 1
-        return claimed_s
-
-    @property
-    def late_share(self) -> float:
-        """Share of the frames that have no time."""
-        return self.late / max(self.late + self.taken, 1)
+        """The claimed time, s; None where it is none."""
+        if math.isfinite(claimed_s):
+            self.taken += 1
+            return claimed_s
+        self.late += 1
+        return None
 
 
 #: A move begins at earliest and at latest this long after its prompt, and ends within `DONE_S`.  People need 0.2 s to

@@ -15,7 +15,7 @@ Convention: events are JSON objects with a key "event": status, prompt, prompted
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from typing import Any
 
@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from moireid.question import Question
 from moireid.verifier.picture import Frame, Picture, as_picture
 from moireid.verifier.reasons import Reason, worst
-from moireid.verifier.session.chapters import identity_of, invariant_of
+from moireid.verifier.session.chapters import Chapter, identity_of, invariant_of
 from moireid.verifier.session.check_level import level_finding, level_reached
 from moireid.verifier.session.claim import claim_reasons
 from moireid.verifier.session.overlap import OverlapWatch
@@ -49,7 +49,7 @@ from moireid_studio.challenge.challenge import (
     place_of,
 )
 from moireid_studio.challenge.chance import TileWatch, likeliest_chance
-from moireid_studio.challenge.clock import CALL_SLACK_S, HERE, MOST_LATE, REST_WAIT_S, BoundedClock, Pace, StreamClock
+from moireid_studio.challenge.clock import CALL_SLACK_S, HERE, MOST_LATE, REST_WAIT_S, BoundedClock, Pace
 from moireid_studio.challenge.witnessed import witnessed_figures
 
 Event = dict[str, Any]
@@ -71,7 +71,7 @@ class LiveCheck:
         pace: Pace = HERE,
         now: Callable[[], float] = time.monotonic,
         aside: Executor | None = None,
-        clock: BoundedClock | StreamClock | None = None,
+        clock: BoundedClock | None = None,
         watch: OverlapWatch | None = None,
         required: bool = False,
     ) -> None:
@@ -163,6 +163,7 @@ class LiveCheck:
             asked = self._prompts[: self._judged]
             reasons += overlap.reasons + self._judge_prompts(asked)
         reasons += (self._whole(), self._in_time()) + (self._tile.reasons() if self._tile else ())
+        reasons = self._weighed(reasons, chapters)
         tracked = sum(chapter.tracked for chapter in chapters)
         challenged = self._prompts is not None
         level = level_reached(worst(list(reasons)), identity.built, challenged=challenged)
@@ -183,6 +184,10 @@ class LiveCheck:
             "overlap": overlap.to_json() if overlap else None,
             "frames": {"read": self._index, "tracked": tracked},
         } | ({} if figures is None else {"as_built": figures})
+
+    def _weighed(self, reasons: tuple[Reason, ...], chapters: Sequence[Chapter]) -> tuple[Reason, ...]:
+        """The findings as they count for this check, on which its level depends."""
+        return reasons
 
     def _status(self, running: Running) -> Event:
         return {

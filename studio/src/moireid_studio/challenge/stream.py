@@ -10,16 +10,15 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
-from typing import Any
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from moireid.question import Question
 from moireid.verifier.picture import Frame, Picture
-from moireid.verifier.reasons import Reason, worst, worst_level
-from moireid.verifier.session.chapters import identity_of, invariant_of
-from moireid.verifier.session.check_level import level_finding, level_reached
+from moireid.verifier.reasons import Reason
+from moireid.verifier.session.chapters import Chapter, identity_of, invariant_of
 from moireid.verifier.session.claim import barred_finding
 from moireid.verifier.session.cover import cover_findings
 from moireid.verifier.session.overlap import OverlapWatch
@@ -132,46 +131,31 @@ class StreamCheck(LiveCheck):
         Convention: a verdict without prompts is of as much of the stream as the claim asks (`cover`), as of a film.
         """
         event = super().finish()
-        report = self._report(event)
-        reasons = [self._weighed(one) for one in event["reasons"] if one["code"] not in self._replaced()]
-        reasons += [reason.to_json() for reason in report.reasons]
-        built = event["identity"]["built"]
-        before = worst_level({one["level"] for one in reasons})
-        level = level_reached(before, built, challenged=event["challenged"])
-        reasons += [reason.to_json() for reason in level_finding(self._claim.level, level, built)]
-        if level != "live":
-            event.pop("as_built", None)
-        document = report.to_json() | event
-        return document | {
-            "verdict": worst_level({one["level"] for one in reasons}),
-            "level": level,
-            "reasons": reasons,
-            "overlap": event["overlap"],
-        }
+        return self._report(event).to_json() | event
 
-    def _replaced(self) -> set[str]:
-        """Findings that mean nothing here, or that are reported again with what was asked for."""
-        return {"level"} if self._clock.checked else {"level", "clock"}
-
-    def _weighed(self, reason: dict[str, Any]) -> dict[str, Any]:
-        """Pictures that come too late are a lie only where they could answer a prompt; else this machine is slow."""
-        slow = reason["code"] == "clock" and reason["level"] == "fail" and self._prompts is None
-        return reason | {"level": "undecided"} if slow else reason
+    def _weighed(self, reasons: tuple[Reason, ...], chapters: Sequence[Chapter]) -> tuple[Reason, ...]:
+        """The findings of a live check without those that mean nothing here, and those of a film."""
+        if not self._clock.checked:
+            reasons = tuple(one for one in reasons if one.code != "clock")
+        if self._prompts is None:
+            # Pictures that come too late are a lie only where they could answer a prompt; else this machine is slow.
+            reasons = tuple(
+                replace(one, level="undecided") if (one.code, one.level) == ("clock", "fail") else one
+                for one in reasons
+            )
+        reasons += self._verifier.restarts
+        if self._prompts is None and any(chapter.tracked for chapter in chapters):
+            reasons += (*cover_findings(self._verifier.cover, self._claim.cover_share), *self._verifier.long_unsearched)
+        return reasons if self._claim.barred is None else (*reasons, barred_finding(self._claim.barred))
 
     def _report(self, event: Event) -> Report:
-        """What a film's report holds of this stream; its reasons are those that a live check does not give."""
+        """What a film's report holds of this stream, besides what the event of the verdict says."""
         chapters = self._verifier.chapters
         invariant, (identity, _) = invariant_of(chapters), identity_of(chapters)
-        cover = self._verifier.cover
-        reasons: tuple[Reason, ...] = self._verifier.restarts
-        if event["frames"]["tracked"] and self._prompts is None:
-            reasons += (*cover_findings(cover, self._claim.cover_share), *self._verifier.long_unsearched)
-        if self._claim.barred is not None:
-            reasons += (barred_finding(self._claim.barred),)
         shown = next((chapter for chapter in chapters if chapter.track is not None), None)
         return Report(
-            worst(list(reasons)),
-            reasons,
+            event["verdict"],
+            (),
             invariant,
             identity,
             {},
@@ -182,13 +166,13 @@ class StreamCheck(LiveCheck):
             shown.measurement if shown else None,
             segments=tuple(segment for chapter in chapters for segment in chapter.segments),
             region=self._verifier.judged.region,
-            cover=cover,
+            cover=self._verifier.cover,
             claim_source=self._claim.provenance.source,
             registry=self._claim.provenance.standing,
         )
 
 
-def _stages(chapters: list[Any]) -> dict[str, float]:
+def _stages(chapters: Sequence[Chapter]) -> dict[str, float]:
     found: dict[str, float] = {}
     for chapter in chapters:
         for name, seconds in chapter.stages_s.items():

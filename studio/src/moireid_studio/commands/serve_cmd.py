@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import socket
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
 import click
 from click.core import ParameterSource
@@ -19,13 +18,10 @@ from moireid.cli.common import (
     show_json,
     trust_option,
 )
-from moireid.cli.witness_options import WitnessCheck, witness_check
+from moireid.cli.witness_options import witness_check
 from moireid.errors import SpecError
 from moireid.extras import missing_extra
 from moireid.scheduler import is_loopback
-
-if TYPE_CHECKING:
-    from moireid.question import CheckLevel
 
 data_option = click.option(
     "--data",
@@ -41,29 +37,13 @@ state_option = click.option(
     help="A PostgreSQL database in place of files in the folder, for tokens and links.",
 )
 
-log_option = click.option(
-    "--log",
-    type=click.Choice(["text", "json"]),
-    default="text",
-    show_default=True,
-    help="How to write the log to stderr: warnings as text; or these and each request, a line of JSON each. Neither "
-    "names a person, a film or a token.",
-)
-unsealed_option = click.option(
-    "--unsealed",
-    is_flag=True,
-    help="Also read films of strangers where this system cannot seal the process that reads them. A film made to take "
-    "over its decoder then has the rights of this program.",
-)
-
 
 @click.command("serve")
-@click.option("--host", default="127.0.0.1", metavar="ADDRESS", show_default=True, help="The address to listen on.")
+@click.option("--host", default="127.0.0.1", metavar="ADDRESS", help="The address to listen on.")
 @click.option(
     "--port",
     type=click.IntRange(0, 65535),
     default=8000,
-    show_default=True,
     metavar="NUMBER",
     help="The port to listen on; 0 takes any free one.",
 )
@@ -80,6 +60,7 @@ unsealed_option = click.option(
     "--keep-days",
     type=FiniteRange(0.001, 3650),
     default=1 / 24,
+    show_default=False,
     metavar="DAYS",
     help="How long reports, measured captures and packages are kept; default: an hour. A film goes as soon as it is "
     "judged, and one that waits goes then too.",
@@ -89,7 +70,6 @@ unsealed_option = click.option(
     "disk_gb",
     type=FiniteRange(0.1, 1e6),
     default=20.0,
-    show_default=True,
     metavar="GB",
     help="The most that films and results may take; half of it may be one token's.",
 )
@@ -97,17 +77,21 @@ unsealed_option = click.option(
     "--uploads-per-minute",
     type=click.IntRange(1),
     default=600,
-    show_default=True,
     metavar="NUMBER",
     help="Films that one token of a verifier may send in a minute; others may send twice as many.",
 )
-@log_option
+@click.option(
+    "--log",
+    type=click.Choice(["text", "json"]),
+    default="text",
+    help="How to write the log to stderr: warnings as text; or these and each request, a line of JSON each. Neither "
+    "names a person, a film or a token.",
+)
 @state_option
 @click.option(
     "--workers",
     type=click.IntRange(1, 256),
     default=2,
-    show_default=True,
     metavar="NUMBER",
     help="Films that are judged at a time, here or by the workers of --scheduler.",
 )
@@ -130,7 +114,12 @@ unsealed_option = click.option(
     "on other machines. Use https:// where others could read along.",
 )
 @click.option("--no-auth", is_flag=True, help="Ask for no token. Allowed only on this machine's own address.")
-@unsealed_option
+@click.option(
+    "--unsealed",
+    is_flag=True,
+    help="Also read films of strangers where this system cannot seal the process that reads them. A film made to take "
+    "over its decoder then has the rights of this program.",
+)
 @data_option
 @friendly
 @witness_check
@@ -138,21 +127,15 @@ def serve_command(
     host: str,
     port: int,
     public_url: str | None,
-    registry_url: str | None,
-    trust: str | None,
     keep_days: float,
     disk_gb: float,
     uploads_per_minute: int,
     log: str,
-    state: str | None,
     workers: int,
-    level: CheckLevel | None,
-    scheduler: str | None,
     worker_url: str | None,
     no_auth: bool,
-    unsealed: bool,
     data: Path | None,
-    witness_check: WitnessCheck | None,
+    **given: Any,
 ) -> None:
     """Run the studio: web pages and an API for all of this.
 
@@ -163,12 +146,13 @@ def serve_command(
     checkpoint, and when. The file is read anew each time.
     """
     try:
+        from moireid.registry.engine import own_file
         from moireid_studio.app import create_app
         from moireid_studio.auth.guard import address_parts
         from moireid_studio.http.addresses import checked_address
         from moireid_studio.http.logs import begin as begin_log
         from moireid_studio.http.server import serve
-        from moireid_studio.settings import Limits, Settings, default_data
+        from moireid_studio.settings import Limits, Settings, default_data, listening
     except ModuleNotFoundError as error:
         raise missing_extra("the studio", error.name or "a package", "", "moireid-studio") from error
     if no_auth and not is_loopback(host):
@@ -178,35 +162,30 @@ def serve_command(
     if no_auth and click.get_current_context().get_parameter_source("public_url") is ParameterSource.COMMANDLINE:
         raise SpecError("--no-auth answers this machine alone, so no one else could open --public-url; leave one out")
     # Without tokens the films are those of the one user of this machine, as on the command line.
-    check_sealed(allowed=unsealed or no_auth)
+    check_sealed(allowed=given["unsealed"] or no_auth)
+    scheduler = given["scheduler"]
     if scheduler is not None and worker_url is None and not is_loopback(address_parts(scheduler).hostname or ""):
         raise SpecError(
             "workers of a scheduler elsewhere must reach this studio for their films; say how with --worker-url"
         )
-    bound = _listen(host, port)
+    bound = listening(host, port)
     limits = Limits(
         keep_s=keep_days * 86400,
         disk_bytes=int(disk_gb * 1e9),
         uploads_a_minute=uploads_per_minute,
         workers=workers,
     )
-    folder = data or default_data()
     settings = Settings(
-        registry_url,
-        folder,
-        not no_auth,
-        limits,
-        trust,
-        state=state,
-        scheduler=scheduler,
+        data=data or default_data(),
+        auth=not no_auth,
+        limits=limits,
         worker_url=worker_url or f"http://127.0.0.1:{bound.getsockname()[1]}",
-        unsealed=unsealed,
-        level=level,
         # What is set for all commands does not concern a studio that only this machine reaches.
         public_url=None if no_auth or public_url is None else checked_address(public_url),
-        witness_check=witness_check,
+        # The other options have the names of a studio's settings.
+        **given,
     )
-    made = registry_url is None and not _default_is_there()
+    made = settings.registry_url is None and (file := own_file(None)) is not None and not file.exists()
     app = create_app(settings)
     shown = f"[{host}]" if ":" in host else host
     say(f"the studio is at http://{shown}:{bound.getsockname()[1]}/  (stop it with Ctrl-C)")
@@ -218,14 +197,6 @@ def serve_command(
         say(f"no one is enrolled yet in its registry, {registry.shown_url}")
     begin_log(as_json=log == "json")
     serve(app, bound)
-
-
-def _default_is_there() -> bool:
-    """Whether the default registry was made before."""
-    from moireid.registry.engine import default_url, read_url, sqlite_file
-
-    path = sqlite_file(read_url(default_url()))
-    return path is None or path.exists()
 
 
 def check_sealed(*, allowed: bool) -> None:
@@ -250,18 +221,6 @@ def _seal_words() -> str:
     return words if (lacking := missing(held)) is None else f"{words}; on this system it {lacking}"
 
 
-def _listen(host: str, port: int) -> socket.socket:
-    """A socket that listens there.  Raises: SpecError where it cannot."""
-    from moireid_studio.settings import listening
-
-    try:
-        return listening(host, port)
-    except OSError as error:
-        raise SpecError(
-            f"nothing can listen on port {port} of {host} ({error.strerror}); choose another --port, or --host"
-        ) from error
-
-
 @click.group("token")
 def token_group() -> None:
     """Make, list and revoke access tokens for the studio."""
@@ -276,14 +235,17 @@ def token_group() -> None:
     "read the figures at /metrics; admin: may do all.",
 )
 @click.option(
-    "--note", default="", metavar="TEXT", help="Whose token it is, for your own list; the registry's log names it too."
+    "--note",
+    default="",
+    show_default=False,
+    metavar="TEXT",
+    help="Whose token it is, for your own list; the registry's log names it too.",
 )
 @click.option(
     "--expires",
     "days",
     type=FiniteRange(0.01, 3650),
     default=90.0,
-    show_default=True,
     metavar="DAYS",
     help="After so many days it opens nothing any more.",
 )

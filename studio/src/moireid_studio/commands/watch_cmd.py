@@ -27,51 +27,38 @@ if TYPE_CHECKING:
     from moireid_studio.watch.source import Source
 
 
-OPTIONS = (
-    click.option(
-        "--challenge",
-        is_flag=True,
-        help="Ask for moves, drawn at random, when each is due; who films must follow them. Needs moireid[face].",
-    ),
-    click.option(
-        "--seconds",
-        type=FiniteRange(1, 7 * 86400),
-        default=3600,
-        show_default=True,
-        metavar="S",
-        help="Give the verdict after so many seconds of pictures at most.",
-    ),
-    click.option(
-        "--cover",
-        "cover_share",
-        type=click.FloatRange(0, 1),
-        default=0.5,
-        show_default=True,
-        metavar="SHARE",
-        help="Share of the stream that the last verdict must be of, 0 to 1; with less it is inconclusive.",
-    ),
-    level_option,
-    focal_option,
-    click.option(
-        "--json",
-        "as_json",
-        is_flag=True,
-        help="Print one JSON object a line as it goes; the last one as `moireid verify --json` does.",
-    ),
-)
-
-
-def _options(command: Any) -> Any:
-    for option in reversed(OPTIONS):
-        command = option(command)
-    return command
-
-
 @click.command("watch")
 @click.argument("source")
 @friendly
 @claim_options
-@_options
+@click.option(
+    "--challenge",
+    is_flag=True,
+    help="Ask for moves, drawn at random, when each is due; who films must follow them. Needs moireid[face].",
+)
+@click.option(
+    "--seconds",
+    type=FiniteRange(1, 7 * 86400),
+    default=3600,
+    metavar="S",
+    help="Give the verdict after so many seconds of pictures at most.",
+)
+@click.option(
+    "--cover",
+    "cover_share",
+    type=click.FloatRange(0, 1),
+    default=0.5,
+    metavar="SHARE",
+    help="Share of the stream that the last verdict must be of, 0 to 1; with less it is inconclusive.",
+)
+@level_option
+@focal_option
+@click.option(
+    "--json",
+    "as_json",
+    is_flag=True,
+    help="Print one JSON object a line as it goes; the last one as `moireid verify --json` does.",
+)
 def watch_command(
     source: str, claimed: AbstractContextManager[ClaimContext], challenge: bool, as_json: bool, **wanted: Any
 ) -> None:

@@ -6,11 +6,10 @@ import sys
 import time
 from typing import Any
 
-from moireid.cli.common import (
-    say,
-    show_json,
-    shown,
-)
+from moireid.cli.common import say, show_json
+
+#: Letters of a line at most: its words may be a decoder's that was taken over.
+LONGEST = 400
 
 
 def json_line(event: dict[str, Any]) -> None:
@@ -27,15 +26,10 @@ def line_of(event: dict[str, Any]) -> str | None:
     if kind == "challenge":
         return f"{event['moves']} moves will be asked for; hold the badge still until the first"
     if kind == "prompt":
-        return plain(f"{event['number']} of {event['of']}: {event['text']}")
+        return f"{event['number']} of {event['of']}: {event['text']}"
     if kind == "prompted":
-        return plain(f"{event['number']}: {event['reason']['text']}")
-    return plain(event["text"]) if kind == "anew" else None
-
-
-def plain(text: object) -> str:
-    """Words without signs that steer a terminal."""
-    return shown(str(text)[:400])
+        return f"{event['number']}: {event['reason']['text']}"
+    return str(event["text"]) if kind == "anew" else None
 
 
 class LiveLines:
@@ -49,9 +43,9 @@ class LiveLines:
         line = line_of(event)
         if event["event"] == "status" and event["verdict"] != self._verdict:
             self._verdict = event["verdict"]
-            line = f"{plain(self._verdict)}: {plain(first_of(event))}"
+            line = f"{self._verdict}: {first_of(event)}"
         if line is not None:
-            say(f"{time.monotonic() - self._begun:6.1f} s  {line}")
+            say(f"{time.monotonic() - self._begun:6.1f} s  {line[:LONGEST]}")
 
 
 def first_of(event: dict[str, Any]) -> str:

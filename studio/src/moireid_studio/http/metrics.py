@@ -9,7 +9,6 @@ from prometheus_client import CollectorRegistry, Counter, Histogram
 from prometheus_client.core import GaugeMetricFamily
 from prometheus_client.exposition import generate_latest
 from prometheus_client.registry import Collector
-from starlette.routing import Match
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from moireid.errors import RegistryError
@@ -94,7 +93,8 @@ class RequestMetrics:
         try:
             await self.app(scope, counted_receive, noted_send)
         finally:
-            seconds, route = time.monotonic() - begun, _pattern(scope)
+            # The pattern, such as /verify/{job_id}: an address may hold a person's name.
+            seconds, route = time.monotonic() - begun, getattr(scope.get("route"), "path", NO_ROUTE)
             method = scope["method"] if scope["method"] in METHODS else "other"
             self.metrics.requests.labels(method, route, str(status)).inc()
             self.metrics.seconds.labels(route).observe(seconds)
@@ -103,11 +103,3 @@ class RequestMetrics:
 
 #: Methods with a label of their own: a client may send any word there, and each label would be kept for good.
 METHODS = frozenset({"GET", "HEAD", "POST", "PUT", "DELETE", "OPTIONS", "PATCH"})
-
-
-def _pattern(scope: Scope) -> str:
-    """The pattern of the route that was reached, such as /verify/{job_id}: an address may hold a person's name."""
-    for route in scope["app"].router.routes:
-        if route.matches(scope)[0] is not Match.NONE:
-            return str(getattr(route, "path", NO_ROUTE))
-    return NO_ROUTE

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import secrets
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -18,9 +18,9 @@ from moireid.idcodes import specimen_of
 from moireid.lenticule import view_law
 from moireid.provenance import Seal, Standing
 from moireid.question import KnownCamera, Question
-from moireid.reading.film_orders import Order, identify_film, judge_film, measure_captures
+from moireid.reading.film_orders import identify_film, judge_film, measure_captures
 from moireid.registry import Registry, claimed, claimed_by_file
-from moireid_studio.jobs.task import Law
+from moireid_studio.jobs.task import Law, Task
 from moireid_studio.problems import Refusal
 from moireid_studio.store.job import Job
 
@@ -28,46 +28,30 @@ from moireid_studio.store.job import Job
 MOST_LAWS = 8
 
 
-@dataclass(frozen=True)
-class PreparedJob:
-    """What a job's process gets: order, laws and arguments as in `Task`; found: the claimed badge, standing: of the
-    registry, each None where there is none.
-    """
-
-    order: Order | None = None
-    laws: Sequence[Law] = ()
-    arguments: dict[str, Any] = field(default_factory=dict)
-    found: Question | None = None
-    standing: Standing | None = None
-
-
-def prepared(job: Job, registry: Registry, trust: str | None, maker: Callable[[], Mapping[str, Any]]) -> PreparedJob:
+def prepared(job: Job, registry: Registry, trust: str | None, maker: Callable[[], Mapping[str, Any]]) -> Task:
     """What the process of a job gets; maker: gives the registry's place and keys to those who make badges.
 
     Raises: Refusal where the claim no longer means anyone; RegistryError.
     """
-    wish, film = job.wish, Path(job.video)
+    wish, film, task = job.wish, Path(job.video), partial(Task, job.kind, job.folder, job.video)
     focal_px = wish.get("focal_px")
     camera = None if focal_px is None else KnownCamera(focal_px)
     if job.kind == "verify":
-        standing = registry.standing(trust)
-        found, laws = claim_of(registry, wish, standing)
+        found, laws = note_claim(job, registry, wish, registry.standing(trust))
         asked = replace(found, camera=camera, cover_share=wish["cover"], level=wish["level"])
         asked = asked if wish["ids"] else sealed(asked)
-        order = partial(judge_film, film=film, question=asked, pictures=wish["report"])
-        return PreparedJob(order, laws, found=found, standing=standing)
+        return task(partial(judge_film, film=film, question=asked, pictures=wish["report"]), laws)
     if job.kind == "identify":
-        layouts = registry.layouts()
-        order = partial(identify_film, film=film, layouts=layouts, camera=camera)
-        return PreparedJob(order, laws_of(layouts), standing=registry.standing(trust))
+        job.standing, layouts = registry.standing(trust), registry.layouts()
+        return task(partial(identify_film, film=film, layouts=layouts, camera=camera), laws_of(layouts))
     if job.kind == "capture":
-        return PreparedJob(partial(measure_captures, films=[film], badge=badge_from_json(wish["badge_json"])))
-    return PreparedJob(arguments=dict(wish) | dict(maker()))
+        return task(partial(measure_captures, films=[film], badge=badge_from_json(wish["badge_json"])))
+    return task(arguments=dict(wish) | dict(maker()))
 
 
-def claim_of(registry: Registry, wish: Mapping[str, Any], standing: Standing) -> tuple[Question, list[Law]]:
-    """The badge that a wish claims, by name or id (`claim`) or by its file (`badge`); ids: whether those who ask may
-    learn other ids.
+def note_claim(job: Job, registry: Registry, wish: Mapping[str, Any], standing: Standing) -> tuple[Question, list[Law]]:
+    """The badge that a wish claims, by name or id (`claim`) or by its file (`badge`), which is noted in the job; ids:
+    whether those who ask may learn other ids.
 
     Raises: Refusal as `find_claimed`; RegistryError, SpecError.
     """
@@ -78,6 +62,8 @@ def claim_of(registry: Registry, wish: Mapping[str, Any], standing: Standing) ->
         found = claimed_by_file(registry, badge_from_json(wish["badge"]))
         alike = _names(found.provenance.alike, ids=wish["ids"])
     found = replace(found, provenance=replace(found.provenance, standing=standing, alike=alike))
+    job.standing, job.claimed_id = standing, found.badge.id
+    job.claim_source, job.barred = found.provenance.source, found.barred
     # The law of a visitor's own badge file is traced in the film's process, which has limits.
     return found, laws_of([found.badge]) if found.provenance.source == "registry" else []
 

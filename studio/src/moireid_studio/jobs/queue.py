@@ -138,16 +138,9 @@ class Jobs:
         self.workers.wake()
 
     def keep(self, job: Job) -> None:
-        """Keep the files of a job that no thread does.  Raises: Refusal 404 where the job was removed meanwhile."""
+        """Keep what a job brings that no thread does.  Raises: Refusal 404 where the job was removed meanwhile."""
         if not self.ledger.keep(job):
             raise Refusal(404, "no_job", "This was removed meanwhile; send it again.")
-        job.state = "done"
-
-    def finish(self, job: Job) -> None:
-        """End a job that came with its result, and without a film.  Raises: Refusal 404 where it was removed."""
-        shutil.rmtree(job.folder, ignore_errors=True)
-        if not self.ledger.keep(job):
-            raise Refusal(404, "no_job", "This was removed meanwhile; begin again.")
         job.state = "done"
 
     def find(self, job_id: str, owner: str, *kinds: str) -> Job:
@@ -182,10 +175,6 @@ class Jobs:
         self._coming.pop(job.id, None)
         self.ledger.remove(job.id)
         shutil.rmtree(job.folder, ignore_errors=True)
-
-    def stored_bytes(self) -> float:
-        """How many bytes of films are stored."""
-        return sum(self.ledger.stored().values())
 
     def check(self) -> dict[str, bool]:
         """Of the folder of films, the threads and the scheduler, whether they are there."""

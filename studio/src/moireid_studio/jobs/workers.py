@@ -36,7 +36,6 @@ from moireid.verifier.report.report_page import Pictures
 from moireid.verifier.session.known_figures import checked_figures
 from moireid_studio.http.metrics import Metrics
 from moireid_studio.jobs.child import JobFailure, run_task
-from moireid_studio.jobs.claims import PreparedJob
 from moireid_studio.jobs.cluster import JUDGED, Cluster
 from moireid_studio.jobs.task import PACKAGE, SIGNALS, Task
 from moireid_studio.problems import Refusal
@@ -78,7 +77,7 @@ class Doer:
         self,
         ledger: Ledger,
         limits: Limits,
-        prepare: Callable[[Job], PreparedJob],
+        prepare: Callable[[Job], Task],
         *,
         registry: Registry | None = None,
         metrics: Metrics | None = None,
@@ -135,9 +134,7 @@ class Doer:
         if not (job.folder / job.video).is_file():
             return "storage", "The film is here no more; send it again."
         try:
-            ready = patiently(lambda: self.prepare(job), stopping=stopping)
-            _know(job, ready)
-            task = Task(job.kind, job.folder, job.video, ready.order, ready.laws, ready.arguments)
+            task = patiently(lambda: self.prepare(job), stopping=stopping)
             said = WorkerMessages(job)
             said.begin()
             handle = partial(self._handle, said)
@@ -219,14 +216,6 @@ def keep_pictures(job: Job, pictures: Pictures) -> dict[str, Any]:
         (job.folder / name).write_bytes(content)
     (job.folder / SIGNALS).write_text(pictures.signals, encoding="utf-8")
     return {"files": list(pictures.files), "frame_s": pictures.frame_s}
-
-
-def _know(job: Job, ready: PreparedJob) -> None:
-    """Note in a job what was found to be claimed."""
-    job.standing = ready.standing
-    if ready.found is not None:
-        job.claimed_id, job.claim_source = ready.found.badge.id, ready.found.provenance.source
-        job.barred = ready.found.barred
 
 
 def _kept_names(job: Job) -> list[str]:

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Form, Request, WebSocket
@@ -47,20 +46,6 @@ WORDS = {
     "broken": "broken off, no verdict",
     "done": "done",
 }
-
-
-@dataclass(frozen=True)
-class LinkView:
-    """A link as its page shows it."""
-
-    link: OneTimeLink
-    name: str
-    headline: dict[str, str] | None
-
-    @property
-    def words(self) -> str:
-        """How far it has come."""
-        return WORDS[self.link.state]
 
 
 @router.get("")
@@ -170,9 +155,10 @@ def _done(studio: Studio, link_id: str, visitor: Visitor) -> OneTimeLink:
     return link
 
 
-def _shown(studio: Studio, link: OneTimeLink) -> LinkView:
-    """A link by the name that the registry knows now.  Raises: RegistryError as `headline_for`."""
-    return LinkView(link, name_of(studio, link), headline_for(studio, link))
+def _shown(studio: Studio, link: OneTimeLink) -> dict[str, Any]:
+    """A link as its page shows it, by the name known now.  Raises: RegistryError as `headline_for`."""
+    name, headline = name_of(studio, link), headline_for(studio, link)
+    return {"link": link, "name": name, "headline": headline, "words": WORDS[link.state]}
 
 
 def _page(request: Request, template: str, **context: Any) -> Response:

@@ -274,7 +274,7 @@ def _review(studio: Studio, asked: SessionRequest, figures: object) -> str:
     with studio.jobs.receiving("capture", asked.asked_by, "issuer") as job:
         job.label = asked.found.badge.name
         job.result = {"kind": "capture", "id": found.badge_id, "as_built": json.loads(found.to_json())}
-        studio.jobs.finish(job)
+        studio.jobs.keep(job)
     return f"/enroll/{job.id}"
 
 

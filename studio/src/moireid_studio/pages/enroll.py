@@ -5,9 +5,9 @@
 Convention: as `AsBuilt`; each figure with two standard deviations, and the range in which a badge of this design works.
 Source: a sheet that is d to the right turns the phase by 2 pi d / p_f; the phase is that of the light, and a dark line
 lies in the middle of a grating, which is half a turn.  A sheet that is turned by a, clockwise, makes the phase run by
--2 pi a / p_f along the lenses.  (Tests hold both against simulated badges.)  The beat's range is what print scale and
-lens pitch may be off by (`designer.design.PITCH_TOLERANCE`), the twist's what a mount keeps to
-(`fabrication.process.TWIST_DEG`), the gain's what the verifier lets pass.
+-2 pi a / p_f along the lenses.  The beat's range is what print scale and lens pitch may be off by
+(`designer.reach.PITCH_TOLERANCE`), the twist's what a mount keeps to (`fabrication.process_figures.TWIST_DEG`), the
+gain's what the verifier lets pass.
 """
 
 from __future__ import annotations
@@ -41,12 +41,10 @@ SD = 2.0
 
 @dataclass(frozen=True)
 class FigureRow:
-    """One figure with its error (two standard deviations), whether it is within the range in which a badge of this
-    design works, and its sentence."""
+    """One figure: whether it is within the range in which a badge of this design works, and its sentence, with two
+    standard deviations."""
 
     label: str
-    value: float
-    error: float
     within: bool
     text: str
 
@@ -70,31 +68,23 @@ def measured_words(found: AsBuilt, badge: Badge) -> list[FigureRow]:
     return [
         FigureRow(
             "Beat",
-            beat,
-            beat_error,
             abs(1 / beat - designed) <= PITCH_TOLERANCE / pitch_mm,
             f"The fringes of the reference row repeat every {beat:.2f} ± {beat_error:.2f} mm; the design has "
             f"{1 / designed:.2f} mm. The difference comes from errors of print scale and lens sheet.",
         ),
         FigureRow(
             "Gain",
-            gain,
-            gain_error,
             low <= gain <= high,
             f"They move {gain:.3f} ± {gain_error:.3f} times as far as the optics say.",
         ),
         FigureRow(
             "Twist",
-            twist,
-            twist_error,
             abs(twist) <= TWIST_DEG,
             f"The lens sheet is turned by {abs(twist):.3f} ± {twist_error:.3f}° against the lines, "
             f"{'clockwise' if twist >= 0 else 'anticlockwise'}.",
         ),
         FigureRow(
             "Offset",
-            offset,
-            offset_error,
             True,
             f"The lens nearest to the board's middle lies {1000 * abs(offset):.0f} ± {1000 * offset_error:.0f} µm to "
             f"its {ways[offset < 0]}. This is chance: any place is right, and in a copy the lens will lie elsewhere.",

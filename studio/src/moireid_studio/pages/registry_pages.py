@@ -7,7 +7,6 @@ from typing import Annotated
 from fastapi import APIRouter, Form, Query, Request
 from fastapi.responses import RedirectResponse, Response
 
-from moireid.registry import Record, Registry
 from moireid_studio.auth.guard import Visitor, require
 from moireid_studio.forms import ShortRoute
 from moireid_studio.pages.home import render
@@ -48,8 +47,8 @@ def audit(request: Request, visitor: Issuer) -> Response:
 @router.get("/{badge_id}")
 def show(request: Request, badge_id: str, visitor: Reader) -> Response:
     """One record."""
-    registry = studio_of(request).registry
-    record = _record(registry, badge_id)
+    studio = studio_of(request)
+    record, registry = studio.record(badge_id), studio.registry
     return render(
         request,
         "record.html.j2",
@@ -71,16 +70,9 @@ def revoke(
     sure: Annotated[bool, Form()] = False,
 ) -> Response:
     """Revoke a badge for good, and show the record."""
-    registry = studio_of(request).registry
-    record = _record(registry, badge_id)
+    studio = studio_of(request)
+    record = studio.record(badge_id)
     if not sure:
         raise Refusal(422, "not_sure", "Tick that you are sure: a revocation cannot be taken back.")
-    registry.by(visitor.actor).revoke(record.id, reason)
+    studio.registry.by(visitor.actor).revoke(record.id, reason)
     return RedirectResponse(f"/registry/{record.id}", 303)
-
-
-def _record(registry: Registry, badge_id: str) -> Record:
-    record = registry.by_id(badge_id)
-    if record is None:
-        raise Refusal(404, "no_badge", "No badge of this id is in the registry.")
-    return record

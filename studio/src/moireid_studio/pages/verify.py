@@ -99,11 +99,7 @@ WORDS = {
 def install(app: FastAPI) -> None:
     """Let the application answer every error in our words."""
     for kind in (Refusal, MoireIdError, RequestValidationError, HTTPException, ClientDisconnect, Exception):
-        app.add_exception_handler(kind, _answered)
-
-
-async def _answered(request: Request, error: Exception) -> Response:
-    return answer(request, refusal_of(request, error))
+        app.add_exception_handler(kind, answer)
 
 
 def refusal_of(request: Request, error: Exception) -> Refusal:
@@ -133,8 +129,9 @@ def refusal_of(request: Request, error: Exception) -> Refusal:
     return Refusal(500, "system", "Something went wrong inside moireid; the server's log says what.", headers=HEADERS)
 
 
-def answer(request: Request, error: Refusal) -> Response:
-    """The answer to a request that was refused."""
+async def answer(request: Request, failed: Exception) -> Response:
+    """The answer to a request that was refused, or failed."""
+    error = refusal_of(request, failed)
     if request.url.path.startswith("/api/") or request.url.path == "/openapi.json":
         return JSONResponse({"code": error.code, "text": error.text}, error.status, headers=error.headers)
     template = "login.html.j2" if error.status == 401 else "problem.html.j2"

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from sqlalchemy import (
+    JSON,
     BigInteger,
     Column,
     Connection,
@@ -98,15 +99,9 @@ class Database:
         with self.translated(), self.engine.execution_options(**{WRITES: True}).begin() as connection:
             yield connection
 
-    @contextmanager
-    def reading(self) -> Iterator[Connection]:
-        """A transaction that only reads."""
-        with self.translated(), self.engine.connect() as connection:
-            yield connection
-
     def rows(self, query: Executable) -> list[dict[str, Any]]:
         """The rows of a query, by the names of their columns."""
-        with self.reading() as connection:
+        with self.translated(), self.engine.connect() as connection:
             return [dict(row) for row in connection.execute(query).mappings()]
 
     def change(self, statement: Executable) -> int:
@@ -222,7 +217,7 @@ def _begin_in_sqlite(connection: Connection) -> None:
 
 metadata = MetaData()
 #: `lane`: "issue" or "judge"; `turn`: how many jobs of the owner were there before it; `wish`, `about`, `result`,
-#: `kept`, `problem`: JSON; `taken`: how often it was begun; `made`, `ended`: s since 1970.
+#: `kept`, `problem`: what a job is and has made; `taken`: how often it was begun; `made`, `ended`: s since 1970.
 jobs = Table(
     "jobs",
     metadata,
@@ -240,10 +235,10 @@ jobs = Table(
     Column("bytes", BigInteger, nullable=False),
     Column("read", Integer, nullable=False),
     Column("expected", Integer),
-    Column("wish", Text, nullable=False),
-    Column("about", Text, nullable=False),
-    Column("result", Text),
-    Column("kept", Text),
-    Column("problem", Text),
+    Column("wish", JSON, nullable=False),
+    Column("about", JSON, nullable=False),
+    Column("result", JSON(none_as_null=True)),
+    Column("kept", JSON(none_as_null=True)),
+    Column("problem", JSON(none_as_null=True)),
 )
 Index("jobs_by_state", jobs.c.state)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Literal
+
+import msgspec
 
 from moireid.provenance import Revocation, Standing
 
@@ -76,37 +77,19 @@ class Job:
         """Which threads it is for."""
         return "issue" if self.kind in ISSUE else "judge"
 
-    def about(self) -> str:
-        """What is known of it apart from its work, as the database keeps it."""
-        known: dict[str, Any] = {name: getattr(self, name) for name in TEXTS} | {"begun": self.begun.isoformat()}
-        known["barred"] = None if self.barred is None else asdict(self.barred)
-        known["standing"] = None if self.standing is None else asdict(self.standing)
-        return json.dumps(known)
+    def about(self) -> dict[str, Any]:
+        """What is known of it apart from its work, as JSON."""
+        known: dict[str, Any] = msgspec.to_builtins({name: getattr(self, name) for name in ABOUT})
+        return known
 
 
-TEXTS = ("label", "film_name", "claim", "film_sha256", "claimed_id", "claim_source")
+#: Columns of a job's row with the names of its fields; and the fields that are kept together.
+OWN = ("id", "kind", "owner", "role", "wish", "bytes", "state", "result", "problem", "taken")
+ABOUT = ("label", "begun", "film_name", "claim", "barred", "standing", "film_sha256", "claimed_id", "claim_source")
 
 
 def job_of(row: Mapping[str, Any], folder: Path) -> Job:
     """The job of a row; folder: that of all jobs."""
-    about, problem = json.loads(row["about"]), json.loads(row["problem"]) if row["problem"] else None
-    return Job(
-        row["id"],
-        row["kind"],
-        row["owner"],
-        folder / row["id"],
-        row["role"],
-        begun=datetime.fromisoformat(about["begun"]),
-        barred=Revocation(**about["barred"]) if about["barred"] else None,
-        standing=Standing(**about["standing"]) if about["standing"] else None,
-        wish=json.loads(row["wish"]),
-        video=row["video"] or "",
-        bytes=row["bytes"],
-        state=row["state"],
-        frames=(row["read"], row["expected"]),
-        result=json.loads(row["result"]) if row["result"] else None,
-        kept=json.loads(row["kept"]) if row["kept"] else {},
-        problem=(str(problem[0]), str(problem[1])) if problem else None,
-        taken=row["taken"],
-        **{name: about[name] for name in TEXTS},
-    )
+    known = {name: row[name] for name in OWN} | row["about"]
+    known |= {"folder": folder / row["id"], "frames": (row["read"], row["expected"])}
+    return msgspec.convert(known | {"video": row["video"] or "", "kept": row["kept"] or {}}, Job)

@@ -7,7 +7,6 @@ at work each time that a studio was killed is given up after `TRIES`, so that no
 
 from __future__ import annotations
 
-import json
 import secrets
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -55,7 +54,7 @@ class Ledger:
                 return None
             new: dict[str, Any] = {"id": job_id, "kind": kind, "lane": job.lane, "owner": owner, "role": role}
             new |= {"state": "receiving", "turn": 0, "made": time.time(), "taken": 0, "bytes": 0, "read": 0}
-            connection.execute(insert(jobs).values(new | {"wish": "{}", "about": job.about()}))
+            connection.execute(insert(jobs).values(new | {"wish": {}, "about": job.about()}))
         return job
 
     def submit(self, job: Job) -> bool:
@@ -63,12 +62,12 @@ class Ledger:
         before = select(func.count()).where(jobs.c.owner == job.owner, jobs.c.state.in_(("waiting", "working")))
         values: dict[str, Any] = {"state": "waiting", "turn": before.scalar_subquery(), "lane": job.lane}
         values |= {"kind": job.kind, "video": job.video, "bytes": job.bytes}
-        values |= {"wish": json.dumps(job.wish), "about": job.about()}
+        values |= {"wish": job.wish, "about": job.about()}
         return self._change(and_(jobs.c.id == job.id, jobs.c.state == "receiving"), values)
 
     def keep(self, job: Job) -> bool:
         """End a job that no thread does, with its file or its result; False where it was removed meanwhile."""
-        values: dict[str, Any] = {"state": "done", "ended": time.time(), "result": _json(job.result)}
+        values: dict[str, Any] = {"state": "done", "ended": time.time(), "result": job.result}
         values |= {"about": job.about(), "bytes": job.bytes}
         return self._change(and_(jobs.c.id == job.id, jobs.c.state == "receiving"), values)
 
@@ -95,7 +94,7 @@ class Ledger:
     def settle(self, job: Job) -> bool:
         """End a job with what came out; False where it was removed meanwhile."""
         values: dict[str, Any] = {"state": "done" if job.problem is None else "failed", "ended": time.time()}
-        values |= {"result": _json(job.result), "kept": _json(job.kept), "problem": _json(job.problem)}
+        values |= {"result": job.result, "kept": job.kept, "problem": job.problem}
         values |= {"read": job.frames[0], "expected": job.frames[1], "bytes": job.bytes, "about": job.about()}
         return self._change(_at_work(job), values)
 
@@ -149,7 +148,7 @@ def _at_work(job: Job) -> ColumnElement[bool]:
 
 
 def _failed(why: tuple[str, str]) -> dict[str, Any]:
-    return {"state": "failed", "problem": _json(why), "ended": time.time(), "bytes": 0}
+    return {"state": "failed", "problem": why, "ended": time.time(), "bytes": 0}
 
 
 def _held(connection: Connection) -> list[JobCounts]:
@@ -157,7 +156,3 @@ def _held(connection: Connection) -> list[JobCounts]:
     query = select(jobs.c.owner, jobs.c.role, receiving, func.count()).where(jobs.c.state.in_(OPEN))
     rows = connection.execute(query.group_by(jobs.c.owner, jobs.c.role, receiving))
     return [JobCounts(owner, role, bool(coming), count) for owner, role, coming, count in rows]
-
-
-def _json(value: Any) -> str | None:
-    return None if value is None else json.dumps(value)

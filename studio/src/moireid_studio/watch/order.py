@@ -25,8 +25,6 @@ PIECE = 1 << 16
 #: Pictures of more pixels are refused: 4K.  A stream must be judged as fast as it comes.
 MOST_PIXELS = 4096 * 2304
 LEAST_SIDE = 120
-#: What no stranger's words may do to a terminal.
-HARMLESS = dict.fromkeys((*range(32), *range(127, 160)), " ")
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from moireid.sandbox.process import Child, ProcessEnd, start
 from moireid.sandbox.seal import ProcessLimits
 from moireid.verifier.video import decoder_version
 from moireid_studio.watch.feeding import Feeder
-from moireid_studio.watch.order import HARMLESS, Event, StreamEnd, WatchOrder
+from moireid_studio.watch.order import Event, StreamEnd, WatchOrder
 from moireid_studio.watch.source import Source
 
 #: Of the judge: of 4K pictures some wait, and some are in the decoder.
@@ -91,8 +91,6 @@ def _listen(
             raise ProcessEnd("crash", f"gave no verdict within {VERDICT_S:.0f} s")
         if message is None:
             continue
-        if "event" in message:
-            message = harmless(message)
         if message.get("event") == "verdict":
             return _checked(message)
         if message.get("event") == "error":
@@ -103,15 +101,6 @@ def _listen(
             notify(message)
         else:
             feeder.answer(message)
-
-
-def harmless(event: Any) -> Any:
-    """An event without signs that steer a terminal: its words may be a decoder's that was taken over."""
-    if isinstance(event, dict):
-        return {name: harmless(value) for name, value in event.items()}
-    if isinstance(event, list):
-        return [harmless(value) for value in event]
-    return event.translate(HARMLESS) if isinstance(event, str) else event
 
 
 def _checked(verdict: dict[str, Any]) -> dict[str, Any]:
