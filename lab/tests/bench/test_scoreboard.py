@@ -32,7 +32,7 @@ def made(monkeypatch: pytest.MonkeyPatch) -> list[str]:
 
     def judge(case: str, folder: Path) -> dict[str, Any]:
         names.append(case)
-        return {"kind": "letters", "answers": {"q": ANSWERS[case]}, "why": ["x"], "size": len(names)}
+        return {"kind": f"{case}: letters", "answers": {"q": ANSWERS[case]}, "why": ["x"], "size": len(names)}
 
     part = Part({"q": "Is it right?"}, "nobody", lambda asked: {case: case for case in ANSWERS}, judge, short=1)
     monkeypatch.setattr(scoreboard, "PARTS", ("letters",))
@@ -57,7 +57,9 @@ def documented(folder: Path) -> dict[str, Any]:
 
 
 def test_a_row_is_made_again_once_a_file_that_it_depends_on_has_changed(made: list[str], tmp_path: Path, monkeypatch):
-    """Catches: a case that is made again, or is not once its sources have changed; older rows counted with the new."""
+    """Catches: a case that is made again, or is not once its sources have changed; older rows counted with the new; a
+    kind of its own for each badge.
+    """
     assert run_here(tmp_path, plan(Asked())) == [] and made == list("abcd")
     assert run_here(tmp_path, plan(Asked())) == [] and len(made) == 4
     (entry,) = documented(tmp_path)["questions"]
@@ -137,7 +139,29 @@ def test_readme_has_no_older_figure_and_the_other_page_says_which_are(made: list
         change(monkeypatch)
     now, later = pages
     assert now.count("| Is it right? | nobody | 4 | 2 | 1 | 1 | 7 to 93 % |") == 2 and "older" not in now
-    assert later.count("Is it right?") == 1 and "older, " in later
+    assert later.count("Is it right?") == 1 and "which is older" in later
+
+
+def test_a_few_inconclusive_kinds_of_one_film_are_named():
+    """Catches: a table that hides which effects leave a film inconclusive; a wrong kind that is hidden among others."""
+    outcomes = {"zoom": "inconclusive", "eis": "inconclusive", "mix": "inconclusive", "call": "wrong"}
+    kinds = [
+        {"kind": kind, "films": 1, "right": 0, "inconclusive": 0, "wrong": 0, "why": "gain", "figures": {}}
+        | {outcome: 1}
+        for kind, outcome in outcomes.items()
+    ]
+    entry = {
+        "part": "reality",
+        "question": "q",
+        "text": "Is it?",
+        "older": False,
+        "films": 4,
+        "right": 0,
+        "kinds": kinds,
+    }
+    table = with_tables("<!-- scoreboard: kinds reality -->\n<!-- end -->\n", {"questions": [entry]})
+    assert "| kinds of one film each: zoom; eis; mix | 3 | 0 | 3 | 0 | gain |" in table
+    assert "| call | 1 | 0 | 0 | 1 | gain |" in table
 
 
 @pytest.mark.claim("Tables of README and accuracy are those of the scoreboard")

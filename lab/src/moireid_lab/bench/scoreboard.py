@@ -106,7 +106,10 @@ def _entry(part: str, question: str, rows: Sequence[Row], older: bool) -> dict[s
     """One question, answered by rows; its version is that of all their files, and of older ones the newest row's."""
     answering = [row for row in rows if question in row["answers"]]
     newest = max(answering, key=lambda row: row["date"], default={"date": "", "version": ""})
-    kinds = {row["kind"]: [one for one in answering if one["kind"] == row["kind"]] for row in answering}
+    kinds: dict[str, list[Row]] = {}
+    for row in answering:
+        # Before a colon stands the badge, or the scene; all of them are one kind.
+        kinds.setdefault(row["kind"].split(": ")[-1], []).append(row)
     counts, files = counted(answering, question), sorted({one for row in answering for one in row["files"]})
     films_by = part_of(part).films_by
     return {

@@ -36,7 +36,7 @@ README = (
     ("lenses", "air"),
     ("builds", "after"),
     ("builds", "copy"),
-    ("kept", "half-real"),
+    ("half-real", "genuine"),
     ("reality", "at 1 m"),
     ("reality", "forged"),
     ("kept", "forged"),
@@ -45,6 +45,8 @@ README = (
     ("laid-over", "forged"),
     ("replayed", "forged"),
 )
+#: So many kinds of one film each are named, at most.
+MOST_NAMED = 12
 _PLACE = re.compile(r"(<!-- scoreboard: ([\w -]+) -->\n).*?(<!-- end -->)", re.DOTALL)
 Entry = dict[str, Any]
 
@@ -72,7 +74,8 @@ def _paper_rows(kept: Path) -> list[Row]:
 
 def _table(cells: Iterable[Sequence[str]]) -> str:
     """A table in Markdown, of which the first row is the heading."""
-    rows = [f"| {' | '.join(one)} |" for one in cells]
+    # A row may end before the heading does; the cells that it lacks are empty.
+    rows = [f"| {' | '.join(one).rstrip(' |')} |" for one in cells]
     if len(rows) == 1:
         return "*Nothing of this is measured yet.*"
     return "\n".join([rows[0], "|" + "---|" * (rows[0].count(" | ") + 1), *rows[1:]])
@@ -89,11 +92,15 @@ def _cells(name: list[str], document: dict[str, Any]) -> Iterator[Sequence[str]]
         for entry in (by_name[one] for one in README if one in answered):
             yield entry["text"], entry["films_by"], *_counts(entry), _interval(entry)
     elif name == ["all"]:
-        yield "question", "films by", "films", *OUTCOMES, "right, 95 %", "`moireid lab bench`", "version, date"
+        yield "question", "films by", "films", *OUTCOMES, "right, 95 %"
+        made = ""
         for entry in questions:
-            version = f"{'older, ' if entry['older'] else ''}{entry['version']}, {entry['date']}"
-            cells = (entry["text"], entry["films_by"], *_counts(entry), _interval(entry))
-            yield *cells, f"`{entry['command'].removeprefix('moireid lab bench ')}`", version
+            before, made = made, f"`{entry['command']}`, version {entry['version']} of {entry['date']}"
+            if entry["older"]:
+                made += ", which is older"
+            if made != before:
+                yield (f"*{made}*",)
+            yield entry["text"], entry["films_by"], *_counts(entry), _interval(entry)
     elif name == ["parts"]:
         yield "part", "cases", "processor s a case", "hours of two cores"
         for part in document["parts"]:
@@ -109,8 +116,9 @@ def _cells(name: list[str], document: dict[str, Any]) -> Iterator[Sequence[str]]
 def _kinds(questions: Sequence[Entry]) -> Iterator[Sequence[str]]:
     """The rows of a part's kinds of films, question by question; figures that were shown for a kind are not repeated.
 
-    Convention: a question of which all is right, with no new figures, is one row; so are kinds of one film each that
-        are all right, or all inconclusive.  Each kind that is wrong has a row of its own.
+    Convention: a question of which all is right, with no new figures, is in the table of all questions alone.  Kinds of
+        one film each that are all right, or all inconclusive, are one row; the latter are named if they are few.  Each
+        kind that is wrong has a row of its own.
     """
     shown: dict[str, dict[str, Any]] = {}
     for entry in questions:
@@ -118,11 +126,10 @@ def _kinds(questions: Sequence[Entry]) -> Iterator[Sequence[str]]:
         title = f"*{entry['text']}*" + (f" (older, of {entry['date']})" if entry["older"] else "")
         known = all(shown.get(kind["kind"], {}) == kind["figures"] for kind in kinds)
         if known and entry["films"] == entry["right"]:
-            yield title, *_counts(entry), "", ""
             continue
         several = len(kinds) > 1
         if several:
-            yield (title, *[""] * 6)
+            yield (title,)
         for outcome in OUTCOMES[:2]:
             single = [kind for kind in kinds if kind["films"] == kind[outcome] == 1]
             if several and len(single) > 2:
@@ -130,7 +137,8 @@ def _kinds(questions: Sequence[Entry]) -> Iterator[Sequence[str]]:
                 codes = Counter(code for kind in single for code in kind["why"].split(", ") if code)
                 decided = "" if outcome == "right" else ", ".join(code for code, _ in codes.most_common(3))
                 counts = (str(len(single) if one == outcome else 0) for one in OUTCOMES)
-                yield "kinds of one film each", str(len(single)), *counts, decided, ""
+                names = "" if outcome == "right" or len(single) > MOST_NAMED else "; ".join(k["kind"] for k in single)
+                yield f"kinds of one film each{': ' * bool(names)}{names}", str(len(single)), *counts, decided, ""
         for kind in kinds:
             own = kind["figures"]
             new = {} if shown.get(kind["kind"]) == own else own
