@@ -10,6 +10,7 @@ import pytest
 
 from moireid.badge import Badge, Lens
 from moireid.errors import SpecError
+from moireid.lenticule import trace_mm
 from moireid.simulate.analytic.analytic_renderer import AnalyticRenderer
 from moireid.simulate.light import DiscLight, light_named, light_table, passed_share, straight_share
 from moireid.simulate.motion import Poses
@@ -67,6 +68,25 @@ def test_the_bands_agree_with_rays_traced_back_from_the_page():
     assert noise < 0.04
     assert of_table.max() > 15 * of_table.min()
     np.testing.assert_allclose(of_table, np.mean(back, axis=0), atol=4 * noise)
+
+
+@pytest.mark.parametrize(
+    ("name", "near", "within_45", "most"), [("window", 0.03, 0.25, 0.72), ("lamp", 0.04, 0.59, 1.76)]
+)
+def test_a_light_moves_the_phase_most_from_its_far_side(name: str, near: float, within_45: float, most: float):
+    """Catches: bands that weigh rays of the wrong place; the figures are those of docs/explanation/physics.md."""
+    sky, places, disc = light_table(SHEET, light_named(name), (-70.0, 70.0))
+    on_page = sky + disc[len(places) // 2]
+    degrees = np.arange(-60.0, 60.5, 0.5)
+    start = ((np.arange(4096) + 0.5) / 4096 - 0.5) * SHEET.pitch_mm
+    landed, cosine = trace_mm(SHEET, start, np.tan(np.radians(degrees))[:, None], np.zeros((len(degrees), 1)))
+    bins = np.arange(len(on_page) + 1) / len(on_page) * SHEET.pitch_mm
+    light = np.interp(landed % SHEET.pitch_mm, bins, np.append(on_page, on_page[0]))
+    even = passed_share(SHEET.refractive_index, cosine) * np.exp(2j * math.pi * landed / 0.52)
+    moved = np.abs(np.angle((light * even).sum(axis=1) / even.sum(axis=1)))
+    assert moved[np.abs(degrees) <= 15].max() == pytest.approx(near, abs=0.005)
+    assert moved[np.abs(degrees) <= 45].max() == pytest.approx(within_45, abs=0.01)
+    assert moved.max() == pytest.approx(most, abs=0.01) and degrees[moved.argmax()] > 50
 
 
 @pytest.mark.slow
