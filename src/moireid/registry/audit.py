@@ -126,8 +126,8 @@ def _audit_log(ledger: Ledger, connection: Connection, seen: Audit, step: Callab
             check_entry(row, last, ledger.authority)
         except Fault as fault:
             seen.report(Fault(fault.code, fault.text, row.seq))
-        # Go on from this entry's own number, so that one fault gives only one finding.
-        last = row.seq
+        # Go on from this entry's own number, if it has one, so that one fault gives only one finding.
+        last = last if row.seq is None else row.seq
         if row.action == ERASE:
             seen.erased += 1
             ended.add(row.subject)

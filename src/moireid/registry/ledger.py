@@ -149,8 +149,8 @@ class Ledger:
         if row is None or row.public_key != self.authority.public_hex:
             raise Fault("public_key", "it has come under another authority since it was opened")
         last = connection.scalar(select(func.max(schema.log.c.seq)))
-        if not isinstance(last, int | None):
-            # The tables were exchanged since they were looked at; text is the last, so all others are numbers.
+        if not isinstance(last, int | None) or not isinstance(row.head_seq, int):
+            # The tables were exchanged; text is the last, so all others are numbers.
             raise Fault("tables", "the numbers of the log's entries are none")
         head = check_head(row, last, self.authority)
         self._tree = tree = LogTree(connection, head, None if anew else self._tree)
