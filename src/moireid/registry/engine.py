@@ -65,8 +65,10 @@ def read_url(text: str) -> URL:
         )
     try:
         text.encode()
-        text = re.sub(r"^postgres(?=[:+])", "postgresql", text)
-        url = make_url(text) if is_url else URL.create("sqlite", database=str(expanded(text)))
+        if is_url:
+            url = make_url(re.sub(r"^postgres(?=[:+])", "postgresql", text))
+        else:
+            url = URL.create("sqlite", database=str(expanded(text)))
     except (ArgumentError, ValueError):
         # The text may contain a password, as may the error's: neither must reach a log through a message.
         raise RegistryError(
