@@ -81,6 +81,16 @@ def test_an_audit_names_an_entry_without_a_number(tmp_path: Path) -> None:
         assert "entry_missing" in [one.code for one in own.audit().findings]
 
 
+def test_a_last_entry_that_is_there_twice_ends_in_a_sentence(tmp_path: Path) -> None:
+    """Catches: an IndexError in a studio that read the log before its last entry was doubled."""
+    change = "ALTER TABLE log RENAME TO was; CREATE TABLE log AS SELECT * FROM was; INSERT INTO log SELECT * FROM was "
+    with open_registry(_made(tmp_path / "people.sqlite3"), create=False) as own:
+        claimed(own, "Bo")
+        _script(tmp_path / "people.sqlite3", f"{change} ORDER BY seq DESC LIMIT 1;")
+        with pytest.raises(RegistryError, match="restore it from a copy"):
+            claimed(own, "Bo")
+
+
 def test_a_column_and_a_table_of_someone_else_are_no_fault(tmp_path: Path) -> None:
     """Catches: a registry that is refused because its operator keeps notes of their own in the same database."""
     url = _made(tmp_path / "people.sqlite3")
