@@ -156,7 +156,7 @@ class Ledger:
         self._tree = tree = LogTree(connection, head, None if anew else self._tree)
         return tree
 
-    def _check_new(self, tree: LogTree, watch: Watch) -> None:
+    def check_new(self, tree: LogTree, watch: Watch) -> None:
         """Check the content of all entries that were not seen before: the tree covers their hashes alone, and lists and
         searches take from the content which version of a record is the newest.
 
@@ -178,7 +178,7 @@ class Ledger:
         with self.reported(), snapshot(self.engine) as connection:
             if watch is not None:
                 tree = self.tree_in(connection)
-                self._check_new(tree, watch)
+                self.check_new(tree, watch)
                 self._standing = watch.standing(self.authority.fingerprint, tree.leaves, tree.head, self.trust)
                 self.remembered = self._standing.remembered
             yield connection
@@ -196,14 +196,14 @@ class Ledger:
         with self.reported(), writing(self.engine) as connection:
             tree = self.tree_in(connection, lock=True)
             if not older:
-                self._check_new(tree, watch)
+                self.check_new(tree, watch)
                 watch.compare(own, tree.leaves, tree.head, self.trust)
             transaction = Transaction(self, connection, tree, actor)
             yield transaction
             tree = self.tree_in(connection)
             if transaction.signed not in (None, tree.head):
                 raise Fault("head_hash", "the database did not keep the head that was signed")
-            self._check_new(tree, watch)
+            self.check_new(tree, watch)
             watch.compare(own, tree.leaves, tree.head, self.trust)
         self._keep(tree.head)
 
