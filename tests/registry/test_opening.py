@@ -86,6 +86,14 @@ def test_a_file_whose_name_begins_as_a_url_keeps_its_name(tmp_path, monkeypatch)
         assert (tmp_path / "postgres+old.sqlite3").exists()
 
 
+def test_a_folder_whose_name_is_no_text_is_named(tmp_path, monkeypatch):
+    """Catches: a UnicodeEncodeError out of a relative path, where the folder around it has such a name."""
+    folder = tmp_path / os.fsdecode(b"q\xff")
+    folder.mkdir()
+    monkeypatch.chdir(folder)
+    with pytest.raises(RegistryError, match="is not Unicode text; give a path that is"):
+        open_registry("people.sqlite3", create=True)
+
 
 @pytest.mark.parametrize("url", ["postgresql+psycopg://ada:s3cret@h/p?sslpassword=s3cret", "pg://ada:s3cret@h:port/p"])
 def test_password_is_not_shown(url, monkeypatch):
