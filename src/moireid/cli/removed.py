@@ -19,7 +19,7 @@ REMOVED = {
     "calibrate --band": "give a photograph of the chart with the sheet on it",
     "first-badge --record": "verify --report DIR keeps what a film of the badge shows",
     "pitch-test --measured-scale": "give what a ruler reads on the print to calibrate --measured-scale",
-    "materials --spare": "the list has 5 % of everything to spare; --out writes a CSV file whose numbers you can change",
+    "materials --spare": "the list has 5 % of everything to spare; --out writes a CSV file to change numbers in",
     "print --mount holder": "the tray of --mount lanyard, clip or stand holds card and sheet",
     "enroll --expires": "revoke the badge when its time is over",
     "registry suspend": "revoke the badge, and issue another one when it is found: a badge is valid or revoked",

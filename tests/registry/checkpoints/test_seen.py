@@ -99,5 +99,5 @@ def test_a_damaged_number_of_entries_is_named(path, seen, number):
                 "ALTER TABLE heads RENAME TO was; CREATE TABLE heads (fingerprint PRIMARY KEY, seq, hash); "
                 f"INSERT INTO heads SELECT fingerprint, {number}, hash FROM was"
             )
-        with pytest.raises(RegistryError, match="seen of registries before.*is no head of a log.*put that file right"):
+        with pytest.raises(RegistryError, match=r"seen of registries before.*is no head of a log.*put that file right"):
             registry.standing()
