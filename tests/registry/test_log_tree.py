@@ -15,7 +15,7 @@ from kit.registries import badge_of, code_of, rows_of, run, tamper
 from kit.witnesses import consistent, root_of
 from moireid.errors import RegistryError
 from moireid.idcodes import specimen_of
-from moireid.registry import Registry, claimed
+from moireid.registry import Registry, claimed, open_registry
 from moireid.registry.log import Head, entry_hash, leaf_of
 from moireid.registry.merkle import consistency_proof
 
@@ -107,6 +107,40 @@ def test_the_log_of_before_with_its_signed_head_is_a_rollback(
     monkeypatch.setenv("MOIREID_SEEN", str(tmp_path / "another person's"))
     assert registry.audit().sound and claimed(registry, "Ada").barred is None
     assert [one.code for one in registry.audit(since=[kept]).findings] == ["rolled_back"]
+
+
+@pytest.mark.parametrize("late", [False, True])
+def test_no_revoked_badge_is_valid_to_who_has_not_seen_the_revocation(
+    registry: Registry, url: str, seen: Path, late: bool
+) -> None:
+    """Catches: of the entries after those that a reader has seen, the hashes compared alone; or only if it reads first.
+
+    The attacker keeps the hash of the entry of the revocation, and changes what it is about.
+    """
+    registry.enroll(badge_of("Ada"))
+    early = seen.read_bytes()
+    (row,) = rows_of(url, "SELECT signature FROM badges WHERE name_nfc = 'Ada'")
+    registry.revoke("Ada", "stolen")
+    seen.write_bytes(early)
+    tamper(url, "UPDATE log SET subject = 'ff' WHERE action = 'revoke'", BACK, signature=row["signature"])
+    # An audit, which reports it, does not have it count as seen.
+    assert "was changed" in run("registry", "audit", "--registry", url, code=1).stdout
+    with open_registry(url, create=False) as reader, pytest.raises(RegistryError, match="log entry 3 was changed"):
+        _ = reader.enroll(badge_of("Bo")) if late else list(reader.records())
+    assert "log entry 3 was changed" in run("registry", "list", "--registry", url, code=2).stderr
+
+
+def test_a_revocation_that_the_database_does_not_keep_is_not_reported_as_done(registry: Registry, url: str) -> None:
+    """Catches: a trigger that changes what the new entry is about, and leaves its hash."""
+    if not url.startswith("sqlite"):
+        pytest.skip("the trigger is one of SQLite")
+    registry.enroll(badge_of("Ada"))
+    (row,) = rows_of(url, "SELECT signature FROM badges WHERE name_nfc = 'Ada'")
+    undo = f"{BACK.replace(':signature', repr(row['signature']))}; UPDATE log SET subject = 'ff' WHERE seq = NEW.seq;"
+    tamper(url, f"CREATE TRIGGER hide AFTER INSERT ON log WHEN NEW.action = 'revoke' BEGIN {undo} END")
+    with pytest.raises(RegistryError, match="log entry 3 was changed"):
+        registry.revoke("Ada", "stolen")
+    assert registry.find("Ada").revoked_at is None and registry.audit().sound
 
 
 def test_every_root_and_proof_is_that_of_the_entries(registry: Registry, url: str) -> None:

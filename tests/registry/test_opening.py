@@ -79,6 +79,22 @@ def test_a_password_that_is_not_encoded_is_refused_before_anything_is_looked_up(
             assert "percent-encode the password" in said and not re.search("s3|cret|w#rd|/db", said), said
 
 
+def test_a_file_whose_name_begins_as_a_url_keeps_its_name(tmp_path, monkeypatch):
+    """Catches: another name of the scheme put into a path, so that another file is opened, or made."""
+    monkeypatch.chdir(tmp_path)
+    with open_registry("postgres+old.sqlite3", create=True):
+        assert (tmp_path / "postgres+old.sqlite3").exists()
+
+
+def test_a_folder_whose_name_is_no_text_is_named(tmp_path, monkeypatch):
+    """Catches: a UnicodeEncodeError out of a relative path, where the folder around it has such a name."""
+    folder = tmp_path / os.fsdecode(b"q\xff")
+    folder.mkdir()
+    monkeypatch.chdir(folder)
+    with pytest.raises(RegistryError, match="is not Unicode text; give a path that is"):
+        open_registry("people.sqlite3", create=True)
+
+
 @pytest.mark.parametrize("url", ["postgresql+psycopg://ada:s3cret@h/p?sslpassword=s3cret", "pg://ada:s3cret@h:port/p"])
 def test_password_is_not_shown(url, monkeypatch):
     """Catches: a password in an error message, from where it reaches logs."""

@@ -15,6 +15,8 @@ from moireid.registry import claimed, open_registry
 CHANGES = {
     "another type": "ALTER TABLE log RENAME TO was; CREATE TABLE log AS SELECT CAST(seq AS TEXT) AS seq, time, action, "
     "subject, record_sha256, actor, hash, signature FROM was; DROP TABLE was;",
+    "a head of text": "ALTER TABLE authority RENAME TO was; CREATE TABLE authority AS SELECT one, public_key, "
+    "CAST(head_seq AS TEXT) AS head_seq, head_hash, head_signature FROM was; DROP TABLE was;",
     "no log": "DROP TABLE log;",
     "log as a view": "ALTER TABLE log RENAME TO was; CREATE VIEW log AS SELECT * FROM was;",
     "a column less": "ALTER TABLE badges DROP COLUMN revoked_reason;",
@@ -58,13 +60,35 @@ def test_an_audit_names_tables_that_changed_since_it_was_opened(tmp_path: Path, 
                 own.audit()
 
 
-@pytest.mark.parametrize("change", ["no log", "another type"])
+@pytest.mark.parametrize("change", ["no log", "another type", "a head of text"])
 def test_a_claim_from_tables_that_changed_ends_in_a_sentence(tmp_path: Path, change: str) -> None:
     """Catches: numbers of entries compared as text, out of which an error of Python comes; words about the URL."""
     with open_registry(_made(tmp_path / "people.sqlite3"), create=False) as own:
         _script(tmp_path / "people.sqlite3", CHANGES[change])
         with pytest.raises(RegistryError, match="restore it from a copy"):
             claimed(own, "Ada")
+
+
+def test_an_audit_names_an_entry_without_a_number(tmp_path: Path) -> None:
+    """Catches: a TypeError out of an audit of tables that let a number be absent."""
+    url = _made(tmp_path / "people.sqlite3")
+    change = (
+        "ALTER TABLE log RENAME TO was; CREATE TABLE log AS SELECT nullif(seq, 3) AS seq, time, action, subject, "
+        "record_sha256, actor, hash, signature FROM was; DROP TABLE was;"
+    )
+    _script(tmp_path / "people.sqlite3", change)
+    with open_registry(url, create=False) as own:
+        assert "entry_missing" in [one.code for one in own.audit().findings]
+
+
+def test_a_last_entry_that_is_there_twice_ends_in_a_sentence(tmp_path: Path) -> None:
+    """Catches: an IndexError in a studio that read the log before its last entry was doubled."""
+    change = "ALTER TABLE log RENAME TO was; CREATE TABLE log AS SELECT * FROM was; INSERT INTO log SELECT * FROM was "
+    with open_registry(_made(tmp_path / "people.sqlite3"), create=False) as own:
+        claimed(own, "Bo")
+        _script(tmp_path / "people.sqlite3", f"{change} ORDER BY seq DESC LIMIT 1;")
+        with pytest.raises(RegistryError, match="restore it from a copy"):
+            claimed(own, "Bo")
 
 
 def test_a_column_and_a_table_of_someone_else_are_no_fault(tmp_path: Path) -> None:

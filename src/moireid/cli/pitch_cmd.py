@@ -43,6 +43,13 @@ if TYPE_CHECKING:
 )
 @printer_dpi_option
 @paper_option
+@click.option(
+    "--steps",
+    type=int,
+    default=10,
+    metavar="NUMBER",
+    help="Bands on each side of the middle, 0.1 lines per inch apart.",
+)
 @overwrite_option
 @json_option
 @friendly
@@ -51,6 +58,7 @@ def pitch_test_command(
     lens: str,
     printer_dpi: int,
     paper: str,
+    steps: int,
     overwrite: bool,
     as_json: bool,
 ) -> None:
@@ -63,7 +71,7 @@ def pitch_test_command(
     from moireid.fabrication.page.chart_page import print_chart
     from moireid.sheets import MM_PER_INCH
 
-    chart = design_chart(lens, printer_dpi=printer_dpi, paper=paper)
+    chart = design_chart(lens, printer_dpi=printer_dpi, paper=paper, steps=steps)
     files = print_chart(chart, folder, overwrite=overwrite)
     cells = chart.gratings[0].cells
     if as_json:

@@ -29,7 +29,7 @@ GROUPS = {
     "How it is filmed": "motion distance frames fps camera",
     "What is filmed": "build flaw scene light forge",
     "What becomes of the film": "effect recipe",
-    "Error and run time": "backend error",
+    "Error and run time": "backend error explain",
     "Output": "out seed overwrite json",
 }
 
@@ -122,6 +122,7 @@ GROUPS = {
     metavar="RAD",
     help="Largest error of the fringe phase; the fastest setting that keeps it is taken.",
 )
+@click.option("--explain", is_flag=True, help="Show run times, estimated errors, and what was left out.")
 @click.option(
     "--seed",
     type=click.IntRange(0, 2**31 - 1),
@@ -132,7 +133,9 @@ GROUPS = {
 @overwrite_option
 @json_option
 @friendly
-def simulate_command(badge_json: Path, video: Path, overwrite: bool, as_json: bool, **wished: Any) -> None:
+def simulate_command(
+    badge_json: Path, video: Path, overwrite: bool, as_json: bool, explain: bool, **wished: Any
+) -> None:
     """Simulate a film of a badge, real or forged.
 
     The true camera poses and fringe phases are written next to the film, as VIDEO.truth.csv.
@@ -202,8 +205,10 @@ def simulate_command(badge_json: Path, video: Path, overwrite: bool, as_json: bo
         report = simulate(badge_json, video, overwrite=overwrite, progress=progress, **wished)
     if as_json:
         show_json(_document(report))
-    else:
-        echo(f"{report.video}: {report.frames} frames, {report.label}; truth in {report.truth}")
+        return
+    echo(f"{report.video}: {report.frames} frames, {report.label}; truth in {report.truth}")
+    if explain:
+        _explain(report)
 
 
 simulate_command.help = cleandoc(simulate_command.help or "").format(flaws="\n".join(flaw_lines()))
@@ -226,3 +231,14 @@ def _document(report: FilmReport) -> dict[str, Any]:
         "rays": estimate.rays,
         "segments": estimate.segments,
     }
+
+
+def _explain(report: FilmReport) -> None:
+    """Show run times, estimated errors, and what the film leaves out."""
+    estimate = report.estimate
+    echo("time: " + ", ".join(f"{name} {seconds:.1f} s" for name, seconds in report.stages_s.items()))
+    phase = "no fringes" if estimate.phase_rad is None else f"phase {estimate.phase_rad:.4f} rad"
+    setting = f"{estimate.rays[0] * estimate.rays[1]} rays a pixel"
+    setting += "" if estimate.segments is None else f" and {estimate.segments} segments a lens"
+    echo(f"estimated error: {phase}, brightness {100 * estimate.image:.1f} %, with {setting}")
+    echo("not in the film: " + "; ".join(report.left_out))

@@ -22,7 +22,7 @@ What it cannot find by itself:
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 
 from sqlalchemy import Connection, func, select
 
@@ -96,7 +96,10 @@ def _audit_end(
         return fault
     seen.head = str(tree.head)
     if watch is not None:
-        with _noted(seen):
+        # An entry that was changed is found again, and counted; but then this state is not remembered.
+        with _noted(seen), suppress(Fault):
+            watch.compare(seen.fingerprint, tree.leaves, tree.head, ledger.trust)
+            ledger.check_new(tree, watch)
             standing = watch.standing(seen.fingerprint, tree.leaves, tree.head, ledger.trust)
             ledger.remembered = standing.remembered
     for one in since:
@@ -126,8 +129,8 @@ def _audit_log(ledger: Ledger, connection: Connection, seen: Audit, step: Callab
             check_entry(row, last, ledger.authority)
         except Fault as fault:
             seen.report(Fault(fault.code, fault.text, row.seq))
-        # Go on from this entry's own number, so that one fault gives only one finding.
-        last = row.seq
+        # Go on from this entry's own number, if it has one, so that one fault gives only one finding.
+        last = last if row.seq is None else row.seq
         if row.action == ERASE:
             seen.erased += 1
             ended.add(row.subject)

@@ -65,8 +65,10 @@ def read_url(text: str) -> URL:
         )
     try:
         text.encode()
-        text = re.sub(r"^postgres(?=[:+])", "postgresql", text)
-        url = make_url(text) if is_url else URL.create("sqlite", database=str(expanded(text)))
+        if is_url:
+            url = make_url(re.sub(r"^postgres(?=[:+])", "postgresql", text))
+        else:
+            url = URL.create("sqlite", database=str(expanded(text)))
     except (ArgumentError, ValueError):
         # The text may contain a password, as may the error's: neither must reach a log through a message.
         raise RegistryError(
@@ -81,7 +83,12 @@ def read_url(text: str) -> URL:
             f"registry {show_url(url)!r} names no file of its own; give one such as sqlite:///people.sqlite3, "
             "with three slashes before the path"
         )
-    return url.set(database=str(Path(database).absolute()))
+    path = str(Path(database).absolute())
+    try:
+        path.encode()
+    except UnicodeEncodeError as error:
+        raise RegistryError(f"registry path {path!r} is not Unicode text; give a path that is") from error
+    return url.set(database=path)
 
 
 def _is_ambiguous(address: str) -> bool:

@@ -149,12 +149,23 @@ class Ledger:
         if row is None or row.public_key != self.authority.public_hex:
             raise Fault("public_key", "it has come under another authority since it was opened")
         last = connection.scalar(select(func.max(schema.log.c.seq)))
-        if not isinstance(last, int | None):
-            # The tables were exchanged since they were looked at; text is the last, so all others are numbers.
+        if not isinstance(last, int | None) or not isinstance(row.head_seq, int):
+            # The tables were exchanged; text is the last, so all others are numbers.
             raise Fault("tables", "the numbers of the log's entries are none")
         head = check_head(row, last, self.authority)
         self._tree = tree = LogTree(connection, head, None if anew else self._tree)
         return tree
+
+    def check_new(self, tree: LogTree, watch: Watch) -> None:
+        """Check the content of all entries that were not seen before: the tree covers their hashes alone, and lists and
+        searches take from the content which version of a record is the newest.
+
+        Raises: Fault if one was changed.
+        """
+        seen = watch.last(self.authority.fingerprint)
+        if seen is not None and seen.seq < tree.head.seq:
+            for _ in tree.entries(seen.seq + 1):
+                pass
 
     @contextmanager
     def snapshot(self, *, checked: bool = True) -> Iterator[Connection]:
@@ -167,6 +178,7 @@ class Ledger:
         with self.reported(), snapshot(self.engine) as connection:
             if watch is not None:
                 tree = self.tree_in(connection)
+                self.check_new(tree, watch)
                 self._standing = watch.standing(self.authority.fingerprint, tree.leaves, tree.head, self.trust)
                 self.remembered = self._standing.remembered
             yield connection
@@ -184,12 +196,14 @@ class Ledger:
         with self.reported(), writing(self.engine) as connection:
             tree = self.tree_in(connection, lock=True)
             if not older:
+                self.check_new(tree, watch)
                 watch.compare(own, tree.leaves, tree.head, self.trust)
             transaction = Transaction(self, connection, tree, actor)
             yield transaction
             tree = self.tree_in(connection)
             if transaction.signed not in (None, tree.head):
                 raise Fault("head_hash", "the database did not keep the head that was signed")
+            self.check_new(tree, watch)
             watch.compare(own, tree.leaves, tree.head, self.trust)
         self._keep(tree.head)
 

@@ -64,7 +64,7 @@ class LogTree:
         for row in pages(self._connection, query, log.c.seq):
             entry = dict(row._mapping)
             # The hash covers the number, so what has this leaf is in its place.
-            if leaf_of(check_hash(entry)) != self.leaves[last]:
+            if [leaf_of(check_hash(entry))] != self.leaves[last : last + 1]:
                 raise Fault("log_cut", f"log entry {entry['seq']} is not the one of the signed head")
             last += 1
             yield entry

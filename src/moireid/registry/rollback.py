@@ -57,6 +57,10 @@ class Watch:
         self.called, self.place = called, place
         self._authority, self._heads = recall(place)
 
+    def last(self, fingerprint: str) -> Head | None:
+        """The head of an authority's log that was seen last; None if none was."""
+        return self._heads.get(fingerprint)
+
     def standing(
         self, fingerprint: str, leaves: Sequence[bytes], head: Head, trust: str | None, expires: str | None = None
     ) -> Standing:
@@ -120,7 +124,7 @@ class Watch:
                 )
             what = f"is signed by authority {fingerprint}, and {whose} is {wanted}: its key was replaced"
             raise refusal("key_replaced", self.called, what, remedy)
-        last = self._heads.get(fingerprint)
+        last = self.last(fingerprint)
         if last is not None and last != head:
             more = f" (if they restored it on purpose, `moireid registry forget {fingerprint}` accepts it)"
             check_begins(self.called, leaves, last, "what was seen of it before", more)

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+import re
 import sqlite3
 from collections.abc import Iterator
 from contextlib import closing, contextmanager, suppress
@@ -58,7 +59,7 @@ def recall(place: str = "") -> tuple[str | None, dict[str, Head]]:
             return None, {}
         at = database.execute("SELECT fingerprint FROM places WHERE place = ?", (_key(place),)).fetchone()
         heads = database.execute("SELECT fingerprint, seq, hash FROM heads").fetchall()
-        last = {str(who): Head(int(seq), str(root)) for who, seq, root in heads}
+        last = {str(who): _head(f"{seq}:{root}") for who, seq, root in heads}
     return str(at[0]) if at else None, last
 
 
@@ -111,6 +112,13 @@ def _readable() -> Iterator[None]:
             f"what was seen of registries before, {seen_path()}, cannot be read ({error}); put that file right, or "
             "remove it to begin anew"
         ) from error
+
+
+def _head(text: str) -> Head:
+    """The head that `text` writes as SEQUENCE:HASH.  Raises: ValueError if it is none."""
+    if (found := re.fullmatch(r"([1-9]\d{0,17}):([0-9a-f]{64})", text, re.ASCII)) is None:
+        raise ValueError(f"{text[:80]!r} is no head of a log")
+    return Head(int(found[1]), found[2])
 
 
 def _key(place: str) -> str:

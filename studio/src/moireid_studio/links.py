@@ -17,7 +17,6 @@ from pathlib import Path
 from typing import Any
 
 from sqlalchemy import (
-    Boolean,
     Column,
     Integer,
     LargeBinary,
@@ -52,9 +51,9 @@ links = Table(
     Column("asked_by", Text, nullable=False, index=True),
     Column("asks", Text, nullable=False),
     Column("claim", Text, nullable=False),
-    Column("ids", Boolean, nullable=False),
-    Column("wants_pictures", Boolean, nullable=False),
-    Column("agreed", Boolean),
+    Column("ids", Integer, nullable=False),
+    Column("wants_pictures", Integer, nullable=False),
+    Column("agreed", Integer),
     Column("made_at", Text, nullable=False),
     Column("expires_at", Text, nullable=False),
     Column("opened_at", Text),
@@ -170,7 +169,7 @@ class Links:
             "film_name": film and film.name,
             "film_sha256": film and film.sha256,
         }
-        row |= {"ids": ids, "wants_pictures": wants_pictures, "made_at": utc_text()}
+        row |= {"ids": int(ids), "wants_pictures": int(wants_pictures), "made_at": utc_text()}
         self._database.change(insert(links).values(row | {"expires_at": utc_text(timedelta(minutes=LASTS_MIN))}))
         found = self.by_secret(secret)
         return None if found is None else (secret, found)
@@ -202,7 +201,7 @@ class Links:
     def use(self, link: OneTimeLink, *, agreed: bool) -> bool:
         """Use the link up, if it was not used before and is not late: of two at once, one alone gets True."""
         unused = links.c.id == link.id, links.c.used_at.is_(None), links.c.expires_at > utc_text()
-        return self._database.change(update(links).where(*unused).values(used_at=utc_text(), agreed=agreed)) == 1
+        return self._database.change(update(links).where(*unused).values(used_at=utc_text(), agreed=int(agreed))) == 1
 
     def note_end(self, link: OneTimeLink, report: Mapping[str, Any] | None, kept: list[bytes]) -> None:
         """The check is over.  report: its verdict's event, None where there is none; kept: JPEGs, if both agreed."""
@@ -237,4 +236,6 @@ class Links:
 
 
 def _link(row: dict[str, Any]) -> OneTimeLink:
-    return OneTimeLink(**{name: value for name, value in row.items() if name not in ("number", "sha256")})
+    values = {name: value for name, value in row.items() if name not in ("number", "sha256")}
+    values |= {name: bool(row[name]) for name in ("ids", "wants_pictures")}
+    return OneTimeLink(**values | {"agreed": None if row["agreed"] is None else bool(row["agreed"])})

@@ -99,6 +99,15 @@ def test_a_changed_checkpoint_is_refused(grown, copies, old, new):
     assert refused.stderr.startswith("error: ") and refused.stderr.count("\n") == 1
 
 
+@pytest.mark.parametrize("letters", ["_", "____", "-", "=", " "])
+def test_a_root_in_other_letters_than_base64_has_is_no_checkpoint(grown, copies, letters):
+    """Catches: `Incorrect padding` out of a decoder that passes over such letters; a root of fewer bytes."""
+    origin, size, root, *rest = (copies / "late").read_text().split("\n")
+    (copies / "late").write_text("\n".join([origin, size, letters + root[len(letters) :], *rest]))
+    refused = run("registry", "audit", "--since", copies / "late", "--registry", url_of(grown), code=2)
+    assert "is no checkpoint; give a file that" in refused.stderr
+
+
 def test_a_checkpoint_proves_that_it_adds_to_an_earlier_one(grown, copies, tmp_path):
     """Catches: a proof of something else; a registry that signs what contradicts what it signed."""
     early = read_checkpoint(copies / "early")

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import os
 import shutil
+import sqlite3
 import stat
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import closing
 
 import pytest
 
@@ -85,3 +87,17 @@ def test_a_damaged_memory_is_no_way_round(path, seen):
             registry.standing()
         seen.write_bytes(b"")
         assert registry.standing().remembered
+
+
+@pytest.mark.parametrize("number", ["NULL", "9e999", "1.5", "0", "-1", "'1 '"])
+def test_a_damaged_number_of_entries_is_named(path, seen, number):
+    """Catches: a TypeError; a registry that is called forked, or rolled back, where the memory alone is damaged."""
+    with open_registry(url_of(path), create=True) as registry:
+        registry.standing()
+        with closing(sqlite3.connect(seen)) as database:
+            database.executescript(
+                "ALTER TABLE heads RENAME TO was; CREATE TABLE heads (fingerprint PRIMARY KEY, seq, hash); "
+                f"INSERT INTO heads SELECT fingerprint, {number}, hash FROM was"
+            )
+        with pytest.raises(RegistryError, match=r"seen of registries before.*is no head of a log.*put that file right"):
+            registry.standing()

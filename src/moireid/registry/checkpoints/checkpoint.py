@@ -28,7 +28,7 @@ ORIGIN = "moireid/registry/"
 #: The lines of a text: other lines of extension may be around the date.  In ASCII alone, as digits of other scripts
 #: would be read as numbers, too.
 _TEXT = re.compile(
-    rf"{ORIGIN}([0-9a-f]{{{FINGERPRINT_DIGITS}}})\n([1-9]\d{{0,17}})\n([\w+/]{{43}}=)\n"
+    rf"{ORIGIN}([0-9a-f]{{{FINGERPRINT_DIGITS}}})\n([1-9]\d{{0,17}})\n([A-Za-z0-9+/]{{43}}=)\n"
     r"(?:(?!date ).*\n)*date (.*)\n(?:(?!date ).*\n)*",
     re.ASCII,
 )
