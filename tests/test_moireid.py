@@ -45,7 +45,7 @@ def test_simulate_has_the_parameters_and_defaults_of_the_command() -> None:
     options = simulate_command.make_context("simulate", ["badge.json", "--out", "film.mp4"]).params
     for name in ("badge", "video", "progress"):
         del parameters[name]
-    assert set(options) - set(parameters) == {"badge_json", "video", "as_json"}
+    assert set(options) - set(parameters) == {"badge_json", "video", "as_json", "explain"}
     for name, parameter in parameters.items():
         assert options[name] == parameter.default, name
 
