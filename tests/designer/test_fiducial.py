@@ -54,6 +54,19 @@ def test_a_frame_is_refused_where_it_cannot_be() -> None:
         Order("Ada", lens="50lpi", markers="none")
 
 
+def test_a_frame_leaves_more_room_for_fringes_on_boards_and_a5_alone(
+    framed: Badge, request: pytest.FixtureRequest
+) -> None:
+    """Catches: what docs/decisions/tracking.md says of it, once layouts have changed."""
+    name = request.node.callspec.params["framed"]
+    squares = design_badge(Order("Ada", format=name), PAYLOAD)
+    room, with_squares = (
+        sum((x1 - x0) * (y1 - y0) for x0, y0, x1, y1 in areas)
+        for areas in ([grating.rect_mm for grating in badge.gratings] for badge in (framed, squares))
+    )
+    assert (room > with_squares) == (name in ("board", "a5"))
+
+
 @pytest.mark.parametrize("name", ["cr80", "a7", "a6", "a5", "board"])
 def test_a_frame_leaves_room_for_name_and_id_in_every_format(name: str) -> None:
     """Catches: ends that shrink with the board while the frame's white does not."""

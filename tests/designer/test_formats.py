@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from dataclasses import replace
 
 import pytest
@@ -13,6 +14,7 @@ from moireid.designer.design import filled
 from moireid.designer.formats import FORMATS, ORIENTATIONS
 from moireid.designer.reach import CALL, PHONE, read_of, verdict_reach_m
 from moireid.errors import DesignError
+from moireid.frames import own_rect
 
 PAYLOAD = bytes.fromhex("7097c67b0fafc59b")
 EACH = list(itertools.product(FORMATS, ORIENTATIONS, ("a4", "letter")))
@@ -48,6 +50,19 @@ def test_a_format_is_read_over_its_range_by_the_link_budget(case: tuple[str, str
     # Room for one step to either side, and not merely a point.
     assert badge.range_m[1] >= 2 * badge.range_m[0]
     assert badge.range_m == (FORMATS[name].range_m if name != "board" else badge.range_m)
+
+
+def test_a_print_half_a_percent_off_and_a_twist_move_fringes_as_far_as_is_said(case: tuple[str, str, Badge]) -> None:
+    """Catches: pitches or rows of a new format that leave the figures of docs/decisions/identity.md."""
+    grating, lens = case[2].gratings[0], case[2].lens
+    beat = abs(1 / grating.pitch_mm - 1 / lens.pitch_mm)
+    assert 0.15 < 0.005 / grating.pitch_mm / beat < 0.41
+    assert grating.code is not None
+    rects = [own_rect(grating.axis, one.rect_mm) for one in grating.cells]
+    middles = [(r[1] + r[3]) / 2 for r, role in zip(rects, grating.code.roles, strict=True) if role != "phase"]
+    first, second = (b - a for a, b in itertools.pairwise(sorted(middles)))
+    # Twists at which rows at even distances agree again.
+    assert first != pytest.approx(second) or 0.3 < math.degrees(lens.pitch_mm / first) < 1.05
 
 
 def test_a_range_is_cut_to_what_the_board_allows_and_kept_where_it_is_given() -> None:

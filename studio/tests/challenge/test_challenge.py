@@ -23,6 +23,7 @@ from moireid_studio.challenge.challenge import (
     moved,
     place_of,
 )
+from moireid_studio.challenge.chance import likeliest_chance
 from moireid_studio.challenge.clock import SLACK_S, BoundedClock
 
 EACH = ["left", "right", "down", "up", "nearer", "farther", FACE]
@@ -155,7 +156,11 @@ def test_the_stated_chance_is_that_of_the_draws() -> None:
     gaps = np.random.default_rng(1).uniform(clock.LEAST_GAP_S, clock.MOST_GAP_S, (2, 200_000, clock.MOVES - 1))
     apart = np.pad(np.cumsum(np.diff(gaps, axis=0)[0], axis=1), ((0, 0), (1, 0)))
     in_time = np.mean(np.ptp(apart, axis=1) <= clock.LATEST_S - clock.SOONEST_S + SLACK_S)
-    assert same * in_time < 1.4e-4
+    assert 1.3e-4 < same * in_time < 1.4e-4
+    # An answer that was made for the likeliest moves, at even times.
+    even = np.pad(np.cumsum(gaps[0] - gaps[0].mean(), axis=1), ((0, 0), (1, 0)))
+    in_time = np.mean(np.ptp(even, axis=1) <= clock.LATEST_S - clock.SOONEST_S + SLACK_S)
+    assert likeliest_chance() * in_time == pytest.approx(1e-3, rel=0.05)
 
 
 @pytest.mark.claim("None of fifty earlier answers passes a live check")

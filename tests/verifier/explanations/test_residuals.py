@@ -9,6 +9,7 @@ import pytest
 
 from kit.fringe_signals import lasting_noise
 from moireid.verifier.explanations.residuals import (
+    credible_error_rad,
     deviation_rad,
     independent_samples,
     log10_odds,
@@ -17,6 +18,7 @@ from moireid.verifier.explanations.residuals import (
 )
 from moireid.verifier.limits import (
     LEAST_SAMPLES,
+    MIN_EXCITATION_RAD,
     OWN_MOTION,
     POSSIBLE_RESIDUAL_RATIO,
     PROOF_SDS,
@@ -91,3 +93,11 @@ def test_the_limit_of_a_residual_is_a_closed_form():
         assert residual_limit_rad(0.0, sds) == pytest.approx(0.010 * times)
         assert residual_limit_rad(0.05, sds) == pytest.approx(times * math.hypot(0.05, 0.010))
     assert residual_limit_rad(0.05) == residual_limit_rad(0.05, USUAL_SDS)
+
+
+def test_no_error_lets_more_than_a_quarter_of_the_motion_pass():
+    """Catches: room that a noisy film buys; the figure is that of THREATS.md."""
+    shares = [
+        residual_limit_rad(credible_error_rad(motion, 10.0)) / motion for motion in (MIN_EXCITATION_RAD, 1.0, 5.0)
+    ]
+    assert max(shares) == pytest.approx(0.25, abs=0.01) and min(shares) == pytest.approx(0.23, abs=0.01)
