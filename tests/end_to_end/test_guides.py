@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import math
 import re
 import shlex
 import shutil
@@ -18,10 +19,27 @@ from kit.guiding import Session, blocks_of
 from kit.places import ROOT
 from kit.releasing import tracked_files
 from moireid import __version__
+from moireid.artwork.template import TEMPLATES
 from moireid.cli.main import moireid
+from moireid.cli.registry.checks import registry_publish
+from moireid.designer.formats import FORMATS
+from moireid.fabrication.page.pdf import SCALE_BAR_MM
+from moireid.registry.checkpoints.cosignature import DAYS
 from moireid.registry.rollback import CODES
+from moireid.simulate.effects.table import KINDS
+from moireid.verifier.explanations.photographs.cross_fade import MOST_LOOKED_FOR
 from moireid.verifier.identity.compare_built import WORDS
+from moireid.verifier.limits import LEAST_STRENGTH, MOST_STRENGTH, OWN_MOTION, PROOF_SDS, USUAL_SDS
 from moireid.verifier.report.finding_words import RIVALS
+from moireid.verifier.session.chapters import CHAPTER_FRAMES
+from moireid_lab.evaluation.generator_kit import PROMPTS
+from moireid_lab.evaluation.statistics import interval
+from moireid_studio.auth.tokens import DEFAULT_DAYS
+from moireid_studio.challenge.chance import LEAST_WIDTH_PX
+from moireid_studio.challenge.clock import CALL, HERE
+from moireid_studio.links import LASTS_MIN
+from moireid_studio.settings import Limits
+from moireid_studio.watch.order import Patience
 
 DOCS = ROOT / "docs"
 PAGES = sorted(DOCS.rglob("*.md"))
@@ -128,6 +146,51 @@ def test_every_option_test_and_code_that_is_named_is_there() -> None:
         alone = (one for one in every if re.fullmatch(r"[a-z]+(_[a-z]+)*", one))
         gone += [f"{page.name}: {one}" for one in alone if one not in words]
     assert gone == []
+
+
+def test_figures_of_the_guides_are_those_of_the_code() -> None:
+    """Catches: a limit or a list that was changed in the code alone."""
+    words, studio = ["no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine"], Limits()
+    proof = math.exp((PROOF_SDS - USUAL_SDS) * OWN_MOTION.sd_log)
+    (lasts,) = (one.default for one in registry_publish.params if one.name == "days")
+    golden = len(list((ROOT / "tests" / "data" / "golden").glob("*.signals")))
+    said = {
+        "docs/how-to/calls.md": (
+            f"not grown for {Patience().grown_s:g} s",
+            f"read {words[HERE.moves]} moves aloud, which the person must follow within {words[int(HERE.latest_s)]} s",
+            f"asks for {words[HERE.moves]} moves",
+            f"Tokens end after {DEFAULT_DAYS:g} days",
+            f"kept for {'an hour' if studio.keep_s == 3600 else studio.keep_s}",
+            f"up to {studio.upload_bytes >> 20} MB",
+            f"once, for {'half an hour' if LASTS_MIN == 30 else LASTS_MIN}",
+            f"least {LEAST_WIDTH_PX} px wide), and read {words[CALL.moves]} sentences",
+            f"judges {words[studio.workers]} films at a time",
+        ),
+        "docs/how-to/developer.md": (f"chapter of {CHAPTER_FRAMES} frames",),
+        "docs/how-to/newsroom.md": (f"({LEAST_STRENGTH} to {MOST_STRENGTH}; default {LEAST_STRENGTH})",),
+        "docs/how-to/organiser.md": (f"in the last {DAYS} days", f"counts for {words[int(lasts)]} days"),
+        "docs/how-to/researcher.md": (
+            f"has {words[len(PROMPTS)]} prompts",
+            f"none of 100 is accepted, the true share may still be {100 * interval(0, 100)[1]:.1f} %",
+        ),
+        "docs/how-to/wear.md": (
+            f"scale bar says {SCALE_BAR_MM:g} mm",
+            *("`{}` {:g} × {:g}".format(name, *one.size_mm) for name, one in FORMATS.items()),
+        ),
+        "docs/reference/reason-codes.md": (
+            f"usually {proof:.1f} times the first",
+            f"two to {words[MOST_LOOKED_FOR]} cross-faded",
+        ),
+        "CHANGELOG.md": (
+            f"{words[len(FORMATS)]} formats, {words[len(TEMPLATES)]} templates",
+            f"{len(KINDS)} effects",
+        ),
+        "CONTRIBUTING.md": (f"verdicts of {golden} films",),
+    }
+    for page, parts in said.items():
+        text = " ".join((ROOT / page).read_text(encoding="utf-8").split())
+        text += re.sub(r" \([^()]*\)", "", text)
+        assert [part for part in parts if part not in text] == [], page
 
 
 @pytest.mark.slow
