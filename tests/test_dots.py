@@ -21,6 +21,7 @@ from moireid.designer import Order, design_badge
 from moireid.dots import line_edges_mm, nearest_dot, on_dots, realised
 from moireid.errors import DesignError
 from moireid.fabrication.page.pdf import write_badge_pdf
+from moireid.frames import own_frame
 
 PAYLOAD = bytes.fromhex("0f38c1a2b3d4e5f6")
 LENS_MM = 0.508
@@ -72,6 +73,25 @@ def test_badges_tell_what_dots_make_of_every_cell(dpi):
         expected = (1e6 * found.pitch_error, found.phase_error_rad, found.beat_error)
         assert (ppm, phase, beat) == pytest.approx(expected, abs=0.01)
     assert on_dots(design_badge(Order("Ada", lens="50lpi", printer_dpi=dpi, form="vector"), PAYLOAD)) is None
+
+
+@pytest.mark.parametrize(("dpi", "most"), [(300, 0.0065), (600, 0.0022)])
+def test_lines_that_cross_the_dots_at_an_angle_are_off_by_little(dpi, most):
+    """Catches: another figure than docs/decisions/optics.md has for turned fields."""
+    badge, dot, off = design_badge(Order("Ada", axes="hex"), bytes(range(8))), 25.4 / dpi, []
+    for grating in badge.gratings[1:]:
+        frame, reach = own_frame(grating.axis, badge.page_mm), dot / 2 * (0.5 + math.sqrt(0.75))
+        for cell in grating.cells[::2]:
+            corners = frame.corners_mm(cell.rect_mm)
+            ends = zip(corners.min(axis=0) // dot, corners.max(axis=0) // dot, strict=True)
+            sides = [(np.arange(low, high + 1) + 0.5) * dot for low, high in ends]
+            across, along = np.moveaxis(frame.places(np.stack(np.meshgrid(*sides), -1)), -1, 0)
+            x0, y0, x1, y1 = cell.rect_mm
+            whole = x0 + int((x1 - x0) / cell.pitch_mm) * cell.pitch_mm
+            place = across[(across > x0) & (across < whole) & (along > y0) & (along < y1)] - cell.edge_mm
+            inked = (place + reach) % cell.pitch_mm < cell.duty * cell.pitch_mm + 2 * reach
+            off.append(np.angle((inked * np.exp(1j * np.pi * (cell.duty - 2 * place / cell.pitch_mm))).sum()))
+    assert max(np.abs(off)) == pytest.approx(most, abs=0.0006)
 
 
 def test_dots_too_coarse_for_the_code_are_refused_with_what_would_do():

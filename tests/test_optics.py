@@ -29,6 +29,8 @@ def test_beat_of_the_prototype_is_the_textbook_fraction() -> None:
     assert beat == pytest.approx(-0.045427, abs=1e-6)
     assert float(optics.beat_period_mm(beat)) == pytest.approx(FRONT * REAR / (REAR - FRONT), rel=1e-12)
     assert float(optics.beat_period_mm(beat)) == pytest.approx(22.0, abs=0.05)
+    near = optics.beat_frequency_per_mm(FRONT, REAR, effective_gap_mm=0.603, distance_mm=1000.0)
+    assert 1 - float(near) / beat == pytest.approx(0.0255, abs=0.0003)
 
 
 def test_equal_layers_have_no_beat_and_an_infinite_period() -> None:

@@ -12,7 +12,15 @@ from moireid.errors import SpecError
 from moireid.lenticule import trace_law
 from moireid.materials import materials
 from moireid.profiles import lens_named, mask_named
-from moireid.sheets import PRODUCTS, angles_in_focus_deg, effective_gap_mm, possible_gains, repeat_deg, sheet_lens
+from moireid.sheets import (
+    DEFAULT_LENS,
+    PRODUCTS,
+    angles_in_focus_deg,
+    effective_gap_mm,
+    possible_gains,
+    repeat_deg,
+    sheet_lens,
+)
 
 OLD = {"40lpi": 1.25, "50lpi": 1.00, "60lpi": 0.84, "75lpi": 0.67}
 
@@ -42,6 +50,9 @@ def test_the_angles_that_sellers_state_are_not_the_laws() -> None:
         if row.label is not None and row.angle_deg is not None:
             low, high = angles_in_focus_deg(PRODUCTS[row.label])
             assert row.angle_deg < low <= high < 75, row.label
+    # docs/decisions/printing.md.
+    assert repeat_deg(PRODUCTS[DEFAULT_LENS]) == pytest.approx(53.6, abs=0.2)
+    assert 51 < angles_in_focus_deg(PRODUCTS[DEFAULT_LENS])[0] < 52.5
 
 
 def test_a_gap_adds_its_own_depth_near_the_axis():
@@ -49,6 +60,9 @@ def test_a_gap_adds_its_own_depth_near_the_axis():
     lens = sheet_lens(0.508, 3.0, 1.56)
     bare, apart = (effective_gap_mm(lens, 0.52, gap) for gap in (0.0, 0.1))
     assert apart - bare == pytest.approx(0.1, rel=0.02)
+    prototype = lens_named("50lpi")
+    more = effective_gap_mm(prototype, 0.52, 0.05) / effective_gap_mm(prototype, 0.52)
+    assert more == pytest.approx(1.10, abs=0.002)  # docs/explanation/physics.md
     mask = mask_named("50lpi", 1.5)
     assert effective_gap_mm(mask, 0.52) == pytest.approx(1.5 / 1.49, rel=2e-3)
     assert effective_gap_mm(mask, 0.52, 0.2) - effective_gap_mm(mask, 0.52) == pytest.approx(0.2)

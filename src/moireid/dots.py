@@ -102,7 +102,7 @@ def on_dots(badge: Badge) -> dict[str, Any] | None:
 
     A turned grating is left out: its lines cross the dots at an angle, so over a cell their edges are spread evenly
     about their places.  On dots that are inked by their centres, or wherever they are touched, the fringe of a cell of
-    5 mm is then off by 0.001 rad at 600 dpi and 0.005 rad at 300 (docs/decisions/optics.md).
+    5 mm is then off by up to 0.002 rad at 600 dpi and 0.007 at 300 (docs/decisions/optics.md).
 
     Returns: None for a badge that does not say how it is printed, or that leaves the dots to the printer.
     """

@@ -45,6 +45,13 @@ def test_air_is_what_the_thickness_does_not_explain(badge, air_mm):
     assert blind.value is None and "calliper" in blind.advice
 
 
+@pytest.mark.parametrize(("third_harmonic", "advised"), [(0.155, True), (0.165, False)])
+def test_a_sheet_that_is_soft_is_told_by_the_third_harmonic(third_harmonic, advised):
+    """Catches: another limit than docs/first-physical-film.md has for the sheet of boards."""
+    board = design_badge(Order("Ada"), bytes(8))
+    assert bool(figures_of(board, built(board, third_harmonic=third_harmonic))["Focus"].advice) == advised
+
+
 def test_pitch_and_twist_are_those_of_the_sheet(badge):
     """Catches: the beat's sign; phase per mm taken for an angle; the sheet's pitch where the lines' is meant."""
     grating = next(one for one in badge.gratings if one.code is not None)

@@ -47,6 +47,13 @@ def test_the_growth_is_read_whatever_the_camera_does_to_greys(chart, camera, gro
     assert abs(found.um - growth_um) < 2.5 * found.sd_um and abs(found.um - growth_um) < 8
 
 
+def test_growth_moves_the_three_pitches_as_docs_say(chart):
+    """Catches: other ratios of pitches than docs/decisions/printing.md has."""
+    pitches = {patch.kind: patch.pitch_mm for patch in ink_patches(chart) if patch.pitch_mm}
+    shares = [pitches["coarse"] / pitches[kind] for kind in ("finest", "fine", "coarse")]
+    assert shares == pytest.approx([7.5, 3.0, 1.0])
+
+
 def test_pictures_that_do_not_show_it_say_why(chart):
     """Catches: a growth from a strip under the lens sheet, from paper alone, from overexposed or cut pictures."""
 

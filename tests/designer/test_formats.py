@@ -15,6 +15,8 @@ from moireid.designer.formats import FORMATS, ORIENTATIONS
 from moireid.designer.reach import CALL, PHONE, read_of, verdict_reach_m
 from moireid.errors import DesignError
 from moireid.frames import own_rect
+from moireid.idcodes.pitch import code_of
+from moireid.sheets import MM_PER_INCH
 
 PAYLOAD = bytes.fromhex("7097c67b0fafc59b")
 EACH = list(itertools.product(FORMATS, ORIENTATIONS, ("a4", "letter")))
@@ -35,6 +37,17 @@ def test_a_format_has_its_size_and_lies_whole_on_the_paper(case: tuple[str, str,
     assert sorted(sides) == pytest.approx(sorted(FORMATS[name].size_mm))
     assert (sides[0] > sides[1]) == (orientation == "landscape")
     assert min(x0, y0, badge.page_mm[0] - x1, badge.page_mm[1] - y1) >= 15 - 1e-9
+
+
+def test_cells_have_enough_lenses_and_markers_enough_pixels(case: tuple[str, str, Badge]) -> None:
+    """Catches: a coarser sheet or a smaller marker than docs/decisions/printing.md says."""
+    name, _, badge = case
+    grating = badge.gratings[0]
+    roles = zip(grating.cells, code_of(grating).roles, strict=True)
+    wide = [cell.rect_mm[2] - cell.rect_mm[0] for cell, role in roles if role == "phase"]
+    assert min(wide) > 11 * badge.lens.pitch_mm
+    assert round(MM_PER_INCH / badge.lens.pitch_mm) in (62, 75)
+    assert name == "board" or badge.squares.size_mm * PHONE.focal_px / (1000 * badge.range_m[1]) > 19
 
 
 def test_a_format_is_read_over_its_range_by_the_link_budget(case: tuple[str, str, Badge]) -> None:

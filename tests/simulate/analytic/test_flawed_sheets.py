@@ -12,7 +12,9 @@ import numpy as np
 import pytest
 
 from kit.seen_gratings import View, instant, law_phase, left_over, render, steepness, view
+from moireid.designer.formats import FORMATS
 from moireid.lenticule import view_law
+from moireid.profiles import lens_named
 from moireid.simulate.analytic import analytic_renderer
 from moireid.simulate.analytic.analytic_renderer import AnalyticRenderer
 from moireid.simulate.analytic.traced_sheet import land, sheet_as_built, traced_gap_mm
@@ -95,6 +97,16 @@ def test_an_ellipse_of_one_conic_focuses_in_one_line(prototype, index):
     deep = x**2 / (sheet.radius + np.sqrt(sheet.radius**2 - (1 + sheet.conic) * x**2))
     moved = 1 / np.gradient(x / (1.2 - deep / index), x) / index
     assert traced_gap_mm(sheet, 0.52) == pytest.approx(moved.mean(), rel=0.004)
+
+
+@pytest.mark.parametrize("label", sorted({form.lens for form in FORMATS.values()}))
+def test_ellipses_move_fringes_a_little_less(prototype, label):
+    """Catches: another figure than docs/first-physical-film.md has for the sheets of formats."""
+    lens = lens_named(label)
+    round_one = sheet_as_built(Scene(replace(prototype, lens=lens)))
+    pitch_mm, ellipse = 1.024 * lens.pitch_mm, round_one._replace(conic=-1 / lens.refractive_index**2)
+    share = traced_gap_mm(ellipse, pitch_mm) / traced_gap_mm(round_one, pitch_mm)
+    assert 0.98 < share < 0.99
 
 
 def test_a_lifted_corner_tilts_the_fringes(prototype):
