@@ -72,7 +72,7 @@ def _air(found: AsBuilt, badge: Badge, thickness: Figure | None) -> Figure:
     sd_mm = math.hypot(sd_mm, thickness.sd / lens.thickness_mm * per_gain_mm)
     good = air_mm - 2 * sd_mm < GOOD_AIR_MM
     advice = "" if good else "Press the sheet flat, or glue it with clear film; dust and bubbles hold it up."
-    words = "From the fringes' motion beyond what the measured thickness gives. Elliptical lenses hide some air: under them fringes move less."
+    words = "From the fringes' motion beyond what the measured thickness gives. Elliptical lenses hide some air."
     return Figure("Air under the sheet", air_mm, sd_mm, "mm", words, advice)
 
 
