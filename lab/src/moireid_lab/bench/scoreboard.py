@@ -108,7 +108,7 @@ def _entry(part: str, question: str, rows: Sequence[Row], older: bool) -> dict[s
     newest = max(answering, key=lambda row: row["date"], default={"date": "", "version": ""})
     kinds: dict[str, list[Row]] = {}
     for row in answering:
-        # Before a colon stands the badge, or the scene; all of them are one kind.
+        # What is before a colon names the badge, or the scene: all of them are one kind.
         kinds.setdefault(row["kind"].split(": ")[-1], []).append(row)
     counts, files = counted(answering, question), sorted({one for row in answering for one in row["files"]})
     films_by = part_of(part).films_by
